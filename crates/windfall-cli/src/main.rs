@@ -1,12 +1,41 @@
-//! The program `windfall`.
+//! The program `windfall`: renders forests, inspects trees and fall paths.
+//!
+//! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
+//! 3 no graphics adapter.
 
+mod gpu;
+mod output;
 mod path;
+mod render;
+mod tree;
 
-use clap::{Parser, Subcommand};
+use anyhow::Context;
+use clap::{CommandFactory, Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+
+const EXAMPLES: &str = "\
+Examples:
+  windfall render --out autumn.png                     the default scene
+  windfall render hillside --size 1920x1080 --out hill.png
+  windfall render --tree my_oak.glb --height 18 --trees 60 --out oaks.png
+  windfall render my.ron --frames 0-149 --fps 30 --out film.mp4
+  windfall render lone-oak --json --out oak.png | jq .frames[0].leaves_total
+  windfall tree inspect my_oak.glb
+  windfall path simulate --species maple --seconds 8 --out maple.path
+
+Environment: WGPU_BACKEND (vulkan, metal, dx12, gl) and WGPU_ADAPTER_NAME choose the GPU,
+RUST_LOG the log (info, debug), NO_COLOR switches colours off.";
 
 #[derive(Parser)]
-#[command(version, about = "Forests that shed their leaves")]
+#[command(
+    name = "windfall",
+    version,
+    about = "Forests that shed their leaves, in real time, on any GPU",
+    before_help = EXAMPLES,
+    arg_required_else_help = true
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -14,20 +43,70 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Render a scene to a picture or a film
+    Render(Box<render::Args>),
+    /// Look into a tree file, or write a built-in species as one
+    Tree(tree::Args),
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
+    /// List the built-in scenes
+    Scenes {
+        /// Print this scene as a file to start from
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+    },
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let result = match cli.command {
+    let color = std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+    let filter = EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| EnvFilter::new("warn,wgpu_hal=error,wgpu_core=error"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(color && std::io::IsTerminal::is_terminal(&std::io::stderr()))
+        .init();
+    let result = match Cli::parse().command {
+        Command::Render(args) => render::run(&args),
+        Command::Tree(args) => tree::run(&args),
         Command::Path(args) => path::run(args),
+        Command::Scenes { name } => scenes(name.as_deref()),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "windfall", &mut std::io::stdout());
+            Ok(())
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
+            // A closed pipe (`windfall … | head`) is the reader's choice, not a failure.
+            if let Some(io) = error.root_cause().downcast_ref::<std::io::Error>()
+                && io.kind() == std::io::ErrorKind::BrokenPipe
+            {
+                return ExitCode::SUCCESS;
+            }
             eprintln!("error: {error:#}");
-            ExitCode::FAILURE
+            ExitCode::from(if error.is::<gpu::NoAdapter>() { 3 } else { 1 })
         }
     }
+}
+
+fn scenes(name: Option<&str>) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if let Some(name) = name {
+        let scene = windfall_scenes::named(name)
+            .with_context(|| format!("no scene {name:?}; `windfall scenes` lists them"))?;
+        writeln!(out, "{}", scene.to_ron())?;
+        return Ok(());
+    }
+    for name in windfall_scenes::NAMES {
+        let scene = windfall_scenes::named(name).context("a built-in scene")?;
+        writeln!(out, "{name:<14} {}", scene.about)?;
+    }
+    Ok(())
 }

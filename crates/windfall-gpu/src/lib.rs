@@ -1,1 +1,24 @@
-//! The wgpu renderer.
+//! The wgpu renderer of Windfall.
+//!
+//! It opens no window and no file, starts no thread and never blocks: the host owns the device,
+//! hands in an encoder and a target, and submits. The `windfall` crate's `examples/` folder has a
+//! whole host.
+#![deny(missing_docs)]
+
+mod capture;
+mod forest;
+mod model;
+mod pass;
+mod renderer;
+#[doc(hidden)]
+pub mod shared;
+mod texture;
+mod view;
+
+pub use capture::Capture;
+pub use forest::{FrameStats, GpuForest};
+pub use model::model_bytes;
+pub use renderer::{Canvas, Renderer, Target};
+pub use view::{Camera, Sky, View};
+pub use wgpu;
+pub use wgpu_profiler;

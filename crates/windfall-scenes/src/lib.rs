@@ -1,1 +1,309 @@
-//! Scenes.
+//! Named scenes and the scene file: what to plant, where, when, and how it is looked at.
+//!
+//! A scene is a versioned RON file ([`Scene::from_ron`]); the built-in ones are such files too and
+//! serve the tests, the benchmarks and the README's pictures. Nothing here opens a file: trees that
+//! a scene names are read by the caller.
+#![deny(missing_docs)]
+
+mod check;
+mod named;
+mod stage;
+
+pub use named::{NAMES, named};
+pub use stage::Stage;
+
+use serde::{Deserialize, Serialize};
+use windfall_core::{InputError, InputErrorKind};
+
+/// The version that this library reads and writes.
+pub const VERSION: u32 = 1;
+
+/// Everything that a picture is made from, but for the tree files themselves.
+///
+/// Lengths are in metres, times in seconds, angles in degrees (the only place where they are).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Version of the format: [`VERSION`].
+    pub version: u32,
+    /// One line for people.
+    #[serde(default)]
+    pub about: String,
+    /// Key of everything random.
+    #[serde(default)]
+    pub seed: u32,
+    /// Width and height of the picture, pixels.
+    #[serde(default = "defaults::size")]
+    pub size: (u32, u32),
+    /// Time of a still, seconds.
+    #[serde(default)]
+    pub time: f32,
+    /// First and last frame of a film.
+    #[serde(default = "defaults::frames")]
+    pub frames: (u32, u32),
+    /// Frames per second: frame `n` is the moment `n / fps`.
+    #[serde(default = "defaults::fps")]
+    pub fps: f32,
+    /// What is planted.
+    pub trees: Vec<TreeEntry>,
+    /// Trees of the forest, 0 to 100,000.
+    pub count: u32,
+    /// Least distance between trunks; `None`: three quarters of the mean crown's width.
+    #[serde(default)]
+    pub spacing: Option<f32>,
+    /// Smallest and largest factor on a tree's size.
+    #[serde(default = "defaults::scale")]
+    pub scale: (f32, f32),
+    /// Where no trunk may stand.
+    #[serde(default)]
+    pub keep_out: Vec<Capsule>,
+    /// The ground.
+    #[serde(default)]
+    pub terrain: Ground,
+    /// Phase of autumn, 0 late summer to 1 bare.
+    #[serde(default = "defaults::season")]
+    pub season: f32,
+    /// Largest season offset of a tree, either way.
+    #[serde(default = "defaults::season_spread")]
+    pub season_spread: f32,
+    /// The camera's way, by rising time; before the first and after the last key it stands still.
+    pub camera: Vec<CameraKey>,
+    /// Sun and air.
+    #[serde(default)]
+    pub sky: SkyEntry,
+}
+
+/// A kind of tree in the forest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TreeEntry {
+    /// Where the model comes from.
+    pub source: Source,
+    /// Share of the forest relative to the other entries' weights.
+    #[serde(default = "defaults::one")]
+    pub weight: f32,
+    /// Different models of a species, 1 to 16; a file is one.
+    #[serde(default = "defaults::variants")]
+    pub variants: u32,
+    /// Height that the model is scaled to; `None`: its own.
+    #[serde(default)]
+    pub height: Option<f32>,
+    /// Nodes, meshes or materials of a file that are leaves; empty: found by name and alpha.
+    #[serde(default)]
+    pub leaves: Vec<String>,
+    /// Species whose autumn colours the leaves of a file take; `None`: their own colour.
+    #[serde(default)]
+    pub palette: Option<String>,
+}
+
+/// Where a tree model comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// A built-in species, by name.
+    Species(String),
+    /// A glTF file, relative to the scene file.
+    File(String),
+}
+
+/// A strip of ground with round ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Capsule {
+    /// One end, `(x, z)`.
+    pub from: (f32, f32),
+    /// The other end.
+    pub to: (f32, f32),
+    /// Half width.
+    pub radius: f32,
+}
+
+/// The ground.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ground {
+    /// Height of the hills; 0 is level.
+    pub relief: f32,
+    /// Rise along x and z, metres per metre.
+    pub slope: (f32, f32),
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self { relief: 2.5, slope: (0.0, 0.0) }
+    }
+}
+
+/// The camera at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraKey {
+    /// When.
+    #[serde(default)]
+    pub time: f32,
+    /// Where it stands: x, height above the ground there, z.
+    pub eye: (f32, f32, f32),
+    /// What it looks at: x, height above the ground there, z.
+    pub target: (f32, f32, f32),
+    /// Vertical field of view, degrees.
+    #[serde(default = "defaults::fov")]
+    pub fov: f32,
+}
+
+/// Sun and air.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SkyEntry {
+    /// Direction of the sun seen from above: 0 is +Z, 90 is +X.
+    pub azimuth: f32,
+    /// Height of the sun, 0 to 90.
+    pub elevation: f32,
+    /// Extinction of the air, 1/m.
+    pub haze: f32,
+    /// Exposure, stops.
+    pub exposure: f32,
+}
+
+impl Default for SkyEntry {
+    fn default() -> Self {
+        Self { azimuth: 40.0, elevation: 32.0, haze: 0.0012, exposure: 0.0 }
+    }
+}
+
+mod defaults {
+    pub fn size() -> (u32, u32) {
+        (1280, 720)
+    }
+    pub fn frames() -> (u32, u32) {
+        (0, 299)
+    }
+    pub fn fps() -> f32 {
+        30.0
+    }
+    pub fn scale() -> (f32, f32) {
+        (0.8, 1.15)
+    }
+    pub fn season() -> f32 {
+        0.55
+    }
+    pub fn season_spread() -> f32 {
+        0.12
+    }
+    pub fn one() -> f32 {
+        1.0
+    }
+    pub fn variants() -> u32 {
+        2
+    }
+    pub fn fov() -> f32 {
+        50.0
+    }
+}
+
+impl TreeEntry {
+    /// An entry with every option at its default.
+    pub fn new(source: Source) -> Self {
+        Self {
+            source,
+            weight: defaults::one(),
+            variants: defaults::variants(),
+            height: None,
+            leaves: Vec::new(),
+            palette: None,
+        }
+    }
+}
+
+impl Scene {
+    /// Reads a scene. `file` is its name in errors.
+    ///
+    /// # Errors
+    ///
+    /// What is not RON, has unknown fields, another version, or numbers out of range: with the
+    /// line and column, or the field.
+    pub fn from_ron(text: &str, file: &str) -> Result<Self, InputError> {
+        let spanned = |e: ron::error::SpannedError| {
+            let place = format!("line {}, column {}", e.span.start.line, e.span.start.col);
+            InputError::new(file, place, InputErrorKind::Malformed, e.code.to_string())
+        };
+        // The version first: a file of another version may have fields that this one has not.
+        let version: Version = ron::from_str(text).map_err(spanned)?;
+        if version.version != VERSION {
+            return Err(InputError::new(
+                file,
+                "version",
+                InputErrorKind::Unsupported,
+                format!(
+                    "version {} is not known; this program reads version {VERSION}",
+                    version.version
+                ),
+            ));
+        }
+        let scene: Self = ron::from_str(text).map_err(spanned)?;
+        scene.check(file)?;
+        Ok(scene)
+    }
+
+    /// The scene as a file.
+    ///
+    /// # Panics
+    ///
+    /// Never: every scene can be written.
+    pub fn to_ron(&self) -> String {
+        ron::ser::to_string_pretty(self, ron::ser::PrettyConfig::default())
+            .expect("a scene holds only numbers, strings and lists")
+    }
+}
+
+/// The one field that every version has.
+#[derive(Deserialize)]
+struct Version {
+    version: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = r#"(version: 1, trees: [(source: Species("oak"))], count: 3,
+        camera: [(eye: (0, 1.7, 20), target: (0, 5, 0))])"#;
+
+    fn error(from: &str, to: &str) -> String {
+        assert!(SMALL.contains(from), "{from}");
+        Scene::from_ron(&SMALL.replace(from, to), "s.ron").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_small_scene_has_every_default() {
+        let scene = Scene::from_ron(SMALL, "s.ron").unwrap();
+        assert_eq!((scene.size, scene.fps, scene.frames), ((1280, 720), 30.0, (0, 299)));
+        assert_eq!(scene.trees[0].variants, 2);
+    }
+
+    #[test]
+    fn a_scene_survives_writing_and_reading() {
+        let scene = Scene::from_ron(SMALL, "s.ron").unwrap();
+        assert_eq!(Scene::from_ron(&scene.to_ron(), "again").unwrap(), scene);
+    }
+
+    #[test]
+    fn faults_are_named_with_their_place() {
+        let cases = [
+            ("count: 3", "count: 3, clouds: 4", "s.ron: line 1, column"),
+            ("count: 3", "count: 3, clouds: 4", "clouds"),
+            ("version: 1", "version: 7", "s.ron: version: version 7 is not known"),
+            ("count: 3", "count: 1000000", "s.ron: count: 1000000"),
+            ("count: 3", "count: 3, size: (0, 5)", "s.ron: size: 0x5"),
+            ("count: 3", "count: 3, fps: 0", "s.ron: fps: 0"),
+            ("(0, 5, 0)", "(0, inf, 0)", "s.ron: camera[0].target: inf"),
+            ("(0, 5, 0)", "(0, 1.7, 20)", "s.ron: camera[0]: eye and target are the same"),
+            ("[(source: Species(\"oak\"))]", "[]", "s.ron: trees: no tree"),
+            ("\"oak\"", "\"oakk\"", "s.ron: trees[0].source: no species \"oakk\""),
+            ("count: 3", "count: 3, scale: (0, 1)", "s.ron: scale: (0.0, 1.0) is not"),
+            ("count: 3", "count: ", "s.ron: line"),
+        ];
+        for (from, to, message) in cases {
+            let error = error(from, to);
+            assert!(error.contains(message), "{to}: {error}");
+        }
+    }
+}

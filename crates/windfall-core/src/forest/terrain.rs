@@ -1,9 +1,12 @@
 //! A height field: the ground that trees stand on and leaves land on.
+//!
+//! Each cell is two triangles, the same that are drawn, so that a leaf lies on the visible ground
+//! exactly.
 
 use crate::rng::{hash, unit};
 use glam::{Vec2, Vec3};
 
-/// A square height field around the origin, bilinear between its samples and level beyond its edge.
+/// A square height field around the origin, two triangles a cell, level beyond its edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Terrain {
     side: u32,
@@ -91,18 +94,15 @@ impl Terrain {
 
     /// Height of the ground at `(x, z)`.
     pub fn height(&self, x: f32, z: f32) -> f32 {
-        let ([a, b, c, d], f, _) = self.corners(x, z);
-        let near = a + (b - a) * f.x;
-        let far = c + (d - c) * f.x;
-        near + (far - near) * f.y
+        let patch = self.patch(x, z);
+        patch.height + patch.gradient.dot(patch.offset)
     }
 
     /// Unit normal of the ground at `(x, z)`.
     pub fn normal(&self, x: f32, z: f32) -> Vec3 {
-        let ([a, b, c, d], f, inside) = self.corners(x, z);
-        let dx = ((b - a) + ((d - c) - (b - a)) * f.y) * inside.x / self.cell;
-        let dz = ((c - a) + ((d - b) - (c - a)) * f.x) * inside.y / self.cell;
-        Vec3::new(-dx, 1.0, -dz).normalize_or(Vec3::Y)
+        let patch = self.patch(x, z);
+        let slope = patch.gradient * patch.inside / self.cell;
+        Vec3::new(-slope.x, 1.0, -slope.y).normalize_or(Vec3::Y)
     }
 
     /// Steepest slope anywhere on the field, metres of height per metre.
@@ -120,18 +120,35 @@ impl Terrain {
         steepest / self.cell
     }
 
-    /// Heights at the corners of the cell that holds `(x, z)`, the place inside it, and for each
-    /// axis 1 inside the field and 0 beyond its edge, where the ground is level along that axis.
-    fn corners(&self, x: f32, z: f32) -> ([f32; 4], Vec2, Vec2) {
+    /// The triangle under `(x, z)`. The cell's diagonal runs from (1, 0) to (0, 1).
+    fn patch(&self, x: f32, z: f32) -> Patch {
         let last = (self.side - 1) as f32;
         let raw = Vec2::new(x, z) / self.cell + last * 0.5;
         let at = raw.clamp(Vec2::ZERO, Vec2::splat(last));
         let inside = Vec2::select(raw.cmpeq(at), Vec2::ONE, Vec2::ZERO);
         let low = at.floor().min(Vec2::splat(last - 1.0));
-        let first = low.y as usize * self.side as usize + low.x as usize;
         let side = self.side as usize;
-        ([0, 1, side, side + 1].map(|offset| self.heights[first + offset]), at - low, inside)
+        let first = low.y as usize * side + low.x as usize;
+        let [a, b, c, d] = [0, 1, side, side + 1].map(|offset| self.heights[first + offset]);
+        let f = at - low;
+        if f.x + f.y <= 1.0 {
+            Patch { height: a, gradient: Vec2::new(b - a, c - a), offset: f, inside }
+        } else {
+            Patch { height: d, gradient: Vec2::new(d - c, d - b), offset: f - 1.0, inside }
+        }
     }
+}
+
+/// A triangle of the height field.
+struct Patch {
+    /// Height of the corner that `offset` is measured from.
+    height: f32,
+    /// Rise along x and z over one cell.
+    gradient: Vec2,
+    /// Place relative to the corner, in cells.
+    offset: Vec2,
+    /// For each axis 1 inside the field and 0 beyond its edge, where the ground is level.
+    inside: Vec2,
 }
 
 /// Smooth noise in `[0, 1)` with a lattice of 1, hashed by integers.
@@ -176,8 +193,10 @@ mod tests {
         for i in 0..500 {
             let (x, z) = (unit(hash(1, i)) * 180.0 - 90.0, unit(hash(2, i)) * 180.0 - 90.0);
             let cell = |v: f32| ((v / ground.cell()) + 1000.0).fract();
-            if [cell(x), cell(z)].iter().any(|f| !(0.02..0.98).contains(f)) {
-                continue; // the slope is not continuous across cells
+            let (fx, fz) = (cell(x - ground.extent() * 0.5), cell(z - ground.extent() * 0.5));
+            let on_diagonal = (fx + fz - 1.0).abs() < 0.02;
+            if [fx, fz].iter().any(|f| !(0.02..0.98).contains(f)) || on_diagonal {
+                continue; // the slope is not continuous across triangles
             }
             let dx = (ground.height(x + e, z) - ground.height(x - e, z)) / (2.0 * e);
             let dz = (ground.height(x, z + e) - ground.height(x, z - e)) / (2.0 * e);

@@ -1,0 +1,313 @@
+//! Pictures and films to files, whole or not at all.
+
+use anyhow::{Context, bail};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use tempfile::NamedTempFile;
+
+/// Writes a file beside its place and renames it there.
+pub fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let mut file = beside(path)?;
+    let mut writer = BufWriter::new(file.as_file_mut());
+    write(&mut writer).with_context(|| format!("cannot write {}", path.display()))?;
+    writer.flush().with_context(|| format!("cannot write {}", path.display()))?;
+    drop(writer);
+    put_in_place(file, path)
+}
+
+fn beside(path: &Path) -> anyhow::Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let suffix = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    tempfile::Builder::new()
+        .prefix(".windfall-")
+        .suffix(&suffix)
+        .tempfile_in(folder)
+        .with_context(|| format!("cannot write into {}", folder.display()))
+}
+
+fn put_in_place(file: NamedTempFile, path: &Path) -> anyhow::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // A temporary file is private; a picture is as public as its owner's files are.
+        let mode = std::fs::Permissions::from_mode(0o644);
+        std::fs::set_permissions(file.path(), mode).context("cannot set permissions")?;
+    }
+    file.persist(path).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(())
+}
+
+/// What `--out` asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Output {
+    Png(PathBuf),
+    Apng(PathBuf),
+    Gif(PathBuf),
+    Mp4(PathBuf),
+    /// A PNG per frame: what stands before the number, its width, what stands after.
+    Frames {
+        before: String,
+        digits: usize,
+        after: String,
+    },
+}
+
+impl Output {
+    /// Reads `FILE.png`, `.apng`, `.gif`, `.mp4`, or a pattern such as `frames_%05d.png`.
+    pub fn parse(text: &str) -> anyhow::Result<Self> {
+        if let Some((before, rest)) = text.split_once('%') {
+            let end = rest.find('d').with_context(|| {
+                format!("--out {text}: a pattern needs %d or %05d for the frame's number")
+            })?;
+            let digits = match &rest[..end] {
+                "" => 1,
+                digits => digits
+                    .parse()
+                    .ok()
+                    .filter(|d| (1..=12).contains(d))
+                    .with_context(|| format!("--out {text}: %{digits}d is not %d or %05d"))?,
+            };
+            let after = rest[end + 1..].to_owned();
+            if after.contains('%') {
+                bail!("--out {text}: a pattern has one number");
+            }
+            if !after.to_lowercase().ends_with(".png") {
+                bail!("--out {text}: frames are written as .png");
+            }
+            return Ok(Self::Frames { before: before.to_owned(), digits, after });
+        }
+        let path = PathBuf::from(text);
+        if path.is_dir() {
+            bail!("--out {text}: is a folder");
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+        Ok(match extension.as_str() {
+            "png" => Self::Png(path),
+            "apng" => Self::Apng(path),
+            "gif" => Self::Gif(path),
+            "mp4" => Self::Mp4(path),
+            _ => bail!("--out {text}: the name must end in .png, .apng, .gif or .mp4"),
+        })
+    }
+
+    /// The file of a frame, where each has one.
+    pub fn frame_path(&self, frame: u32) -> Option<PathBuf> {
+        match self {
+            Self::Frames { before, digits, after } => {
+                Some(PathBuf::from(format!("{before}{frame:0digits$}{after}")))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// One picture: 8-bit sRGB with alpha, rows from the top.
+pub struct Picture<'a> {
+    pub width: u32,
+    pub height: u32,
+    pub rgba: &'a [u8],
+}
+
+impl Picture<'_> {
+    fn rgb(&self) -> Vec<u8> {
+        self.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect()
+    }
+
+    /// Writes a PNG.
+    pub fn save_png(&self, path: &Path) -> anyhow::Result<()> {
+        write_whole(path, |file| {
+            let mut encoder = png::Encoder::new(file, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&self.rgb())?;
+            writer.finish()?;
+            Ok(())
+        })
+    }
+}
+
+/// A film on its way to one file.
+pub enum Film {
+    Apng {
+        writer: Box<png::Writer<File>>,
+        file: NamedTempFile,
+        path: PathBuf,
+    },
+    Gif {
+        encoder: Box<gif::Encoder<BufWriter<File>>>,
+        delay: u16,
+        file: NamedTempFile,
+        path: PathBuf,
+    },
+    Mp4 {
+        ffmpeg: Child,
+        file: NamedTempFile,
+        path: PathBuf,
+    },
+}
+
+impl Film {
+    /// Begins a film of `frames` frames; `None` where the output is not one file of many frames.
+    pub fn begin(
+        output: &Output,
+        (width, height): (u32, u32),
+        frames: u32,
+        fps: f32,
+    ) -> anyhow::Result<Option<Self>> {
+        Ok(Some(match output {
+            Output::Png(_) | Output::Frames { .. } => return Ok(None),
+            Output::Apng(path) => {
+                let file = beside(path)?;
+                let mut encoder = png::Encoder::new(file.reopen()?, width, height);
+                encoder.set_color(png::ColorType::Rgb);
+                encoder.set_animated(frames, 0)?;
+                let (numerator, denominator) = frame_delay(fps);
+                encoder.set_frame_delay(numerator, denominator)?;
+                let writer = Box::new(encoder.write_header()?);
+                Self::Apng { writer, file, path: path.clone() }
+            }
+            Output::Gif(path) => {
+                let (Ok(w), Ok(h)) = (u16::try_from(width), u16::try_from(height)) else {
+                    bail!("a GIF is at most 65535 pixels wide and high, not {width}x{height}");
+                };
+                let file = beside(path)?;
+                let target = BufWriter::new(file.reopen()?);
+                let mut encoder = gif::Encoder::new(target, w, h, &[])?;
+                encoder.set_repeat(gif::Repeat::Infinite)?;
+                // GIF counts in hundredths; most players take less than two for ten.
+                let delay = (100.0 / fps).round().max(2.0) as u16;
+                Self::Gif { encoder: Box::new(encoder), delay, file, path: path.clone() }
+            }
+            Output::Mp4(path) => {
+                if width % 2 == 1 || height % 2 == 1 {
+                    bail!("an MP4 needs even width and height, not {width}x{height}");
+                }
+                let file = beside(path)?;
+                let ffmpeg = Command::new("ffmpeg")
+                    .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba"])
+                    .args(["-s", &format!("{width}x{height}"), "-r", &fps.to_string()])
+                    .args(["-i", "-", "-c:v", "libx264", "-pix_fmt", "yuv420p"])
+                    .args(["-crf", "17", "-movflags", "+faststart", "-f", "mp4"])
+                    .arg(file.path())
+                    .stdin(Stdio::piped())
+                    .stdout(Stdio::null())
+                    .spawn()
+                    .with_context(|| {
+                        format!(
+                            "{} needs the program ffmpeg, which is not on the path; install it, \
+                             or write .apng, .gif or frames_%05d.png",
+                            path.display()
+                        )
+                    })?;
+                Self::Mp4 { ffmpeg, file, path: path.clone() }
+            }
+        }))
+    }
+
+    /// Adds a frame.
+    pub fn add(&mut self, picture: &Picture<'_>) -> anyhow::Result<()> {
+        match self {
+            Self::Apng { writer, .. } => writer.write_image_data(&picture.rgb())?,
+            Self::Gif { encoder, delay, .. } => {
+                let mut rgba = picture.rgba.to_vec();
+                let (width, height) = (picture.width as u16, picture.height as u16);
+                let mut frame = gif::Frame::from_rgba_speed(width, height, &mut rgba, 10);
+                frame.delay = *delay;
+                encoder.write_frame(&frame)?;
+            }
+            Self::Mp4 { ffmpeg, path, .. } => {
+                let stdin = ffmpeg.stdin.as_mut().context("ffmpeg takes no input")?;
+                stdin.write_all(picture.rgba).map_err(|e| {
+                    anyhow::anyhow!("ffmpeg stopped writing {}: {e}", path.display())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the film and puts it in its place.
+    pub fn finish(self) -> anyhow::Result<()> {
+        match self {
+            Self::Apng { writer, file, path } => {
+                writer.finish()?;
+                put_in_place(file, &path)
+            }
+            Self::Gif { encoder, file, path, .. } => {
+                encoder.into_inner()?.flush()?;
+                put_in_place(file, &path)
+            }
+            Self::Mp4 { mut ffmpeg, file, path } => {
+                drop(ffmpeg.stdin.take());
+                let status = ffmpeg.wait().context("ffmpeg")?;
+                if !status.success() {
+                    bail!("ffmpeg could not write {} ({status})", path.display());
+                }
+                put_in_place(file, &path)
+            }
+        }
+    }
+}
+
+/// Seconds per frame as a fraction of 16-bit numbers.
+fn frame_delay(fps: f32) -> (u16, u16) {
+    if fps.fract() == 0.0 && fps <= 60_000.0 {
+        (1, fps as u16)
+    } else {
+        ((1000.0 / fps).round().clamp(1.0, 60_000.0) as u16, 1000)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outputs_are_told_apart_by_their_names() {
+        assert_eq!(Output::parse("a/b.PNG").unwrap(), Output::Png("a/b.PNG".into()));
+        assert_eq!(Output::parse("x.apng").unwrap(), Output::Apng("x.apng".into()));
+        let frames = Output::parse("f_%05d.png").unwrap();
+        assert_eq!(frames.frame_path(42), Some("f_00042.png".into()));
+        assert_eq!(Output::parse("f%d.png").unwrap().frame_path(7), Some("f7.png".into()));
+        for (text, message) in [
+            ("a.bmp", "must end in"),
+            ("f_%05d.gif", "written as .png"),
+            ("f_%0x.png", "%d or %05d"),
+            ("f_%d_%d.png", "one number"),
+            ("f_%99d.png", "%99d"),
+            ("/", "folder"),
+        ] {
+            let error = Output::parse(text).unwrap_err().to_string();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_fails_half_way_is_not_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new").join("a.png");
+        let failed = write_whole(&path, |file| {
+            file.write_all(b"half")?;
+            bail!("no more")
+        });
+        assert!(format!("{:#}", failed.unwrap_err()).contains("a.png: no more"));
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
+        write_whole(&path, |file| Ok(file.write_all(b"whole")?)).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+    }
+
+    #[test]
+    fn frame_delays_are_exact_for_whole_rates() {
+        assert_eq!([30.0, 12.5, 0.5].map(frame_delay), [(1, 30), (80, 1000), (2000, 1000)]);
+    }
+}

@@ -1,0 +1,324 @@
+//! `windfall render`: a scene to a picture or a film.
+
+use crate::gpu::Gpu;
+use crate::output::{Film, Output, Picture};
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use windfall_core::tree::Tree;
+use windfall_core::tree::species::Species;
+use windfall_gpu::{Canvas, Capture, GpuForest, Renderer, Target};
+use windfall_scenes::{Scene, Source, Stage, TreeEntry};
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// Arguments of `windfall render`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// A scene file (.ron), or the name of a built-in scene
+    #[arg(value_name = "SCENE", default_value = windfall_scenes::NAMES[0])]
+    scene: String,
+    /// Plant this instead of the scene's trees: a .glb or .gltf file, or a species; may be given
+    /// again
+    #[arg(long = "tree", value_name = "FILE|SPECIES")]
+    tree: Vec<String>,
+    /// Number of trees
+    #[arg(long, value_name = "N")]
+    trees: Option<u32>,
+    /// Scale every --tree to this height, metres
+    #[arg(long, value_name = "M", requires = "tree")]
+    height: Option<f32>,
+    /// Node, mesh or material of the --tree files that is leaves; may be given again
+    #[arg(long, value_name = "NAME", requires = "tree")]
+    leaves: Vec<String>,
+    /// Species whose autumn colours the leaves of the --tree files take
+    #[arg(long, value_name = "SPECIES", requires = "tree")]
+    palette: Option<String>,
+    /// Phase of autumn, 0 late summer to 1 bare
+    #[arg(long, value_name = "PHASE")]
+    season: Option<f32>,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u32, u32)>,
+    /// Moment of a still, seconds
+    #[arg(long, value_name = "S", conflicts_with = "frames")]
+    time: Option<f32>,
+    /// Frames of a film, first and last
+    #[arg(long, value_name = "A-B", value_parser = parse_frames)]
+    frames: Option<(u32, u32)>,
+    /// Frames per second
+    #[arg(long, value_name = "N")]
+    fps: Option<f32>,
+    /// Key of everything random
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Print one JSON object of what was drawn and how long it took
+    #[arg(long)]
+    json: bool,
+    /// Skip frames whose file is there (with a pattern such as frames_%05d.png)
+    #[arg(long)]
+    resume: bool,
+    /// Where to: FILE.png, FILE.apng, FILE.gif, FILE.mp4 or frames_%05d.png
+    #[arg(long, value_name = "FILE")]
+    out: String,
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides =
+        text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides.ok_or_else(|| "a size is WIDTHxHEIGHT, such as 1280x720".to_owned())
+}
+
+fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match ends {
+        Some((first, last)) if first <= last => Ok((first, last)),
+        _ => Err("frames are FIRST-LAST, such as 0-149".to_owned()),
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    adapter: String,
+    size: (u32, u32),
+    frames: Vec<FrameReport>,
+}
+
+#[derive(Serialize)]
+struct FrameReport {
+    frame: u32,
+    time: f32,
+    trees: u64,
+    trees_visible: u64,
+    leaves_total: u64,
+    leaves_hanging_drawn: u64,
+    leaves_falling: u64,
+    leaves_falling_drawn: u64,
+    leaves_landed: u64,
+    triangles_full: u64,
+    triangles_drawn: u64,
+    lambda_total: f64,
+    cpu_ms: f64,
+    gpu_ms: BTreeMap<String, f64>,
+}
+
+/// Runs `windfall render`.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let output = Output::parse(&args.out)?;
+    let (scene, folder, name) = read_scene(&args.scene)?;
+    let scene = args.apply(scene, &name)?;
+    let moments = args.moments(&scene, &output)?;
+    if args.resume && !matches!(output, Output::Frames { .. }) {
+        bail!("--resume needs a pattern such as --out frames_%05d.png");
+    }
+    let mut gpu = Gpu::open()?;
+    let largest = gpu.device.limits().max_texture_dimension_2d;
+    if scene.size.0.max(scene.size.1) > largest {
+        bail!(
+            "size: {}x{} is beyond what {} can draw: {largest} pixels a side",
+            scene.size.0,
+            scene.size.1,
+            gpu.adapter
+        );
+    }
+    let stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
+    let painter = Painter::new(&gpu, &stage, scene.size);
+    let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
+    let progress = progress_bar(moments.len() as u64);
+    let mut reports = Vec::new();
+    for &(frame, time) in &moments {
+        let path = output.frame_path(frame);
+        if args.resume && path.as_ref().is_some_and(|p| p.exists()) {
+            progress.inc(1);
+            continue;
+        }
+        let (rgba, report) = painter.paint(&mut gpu, &scene, &stage, frame, time)?;
+        let picture = Picture { width: scene.size.0, height: scene.size.1, rgba: &rgba };
+        match (&output, &mut film, path) {
+            (_, Some(film), _) => film.add(&picture)?,
+            (_, _, Some(path)) => picture.save_png(&path)?,
+            (Output::Png(path), _, _) => picture.save_png(path)?,
+            _ => {}
+        }
+        reports.push(report);
+        progress.inc(1);
+    }
+    if let Some(film) = film {
+        film.finish()?;
+    }
+    progress.finish_and_clear();
+    if args.json {
+        let report = Report { adapter: gpu.adapter, size: scene.size, frames: reports };
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    }
+    Ok(())
+}
+
+/// A built-in scene by name, or a file: with its folder and its name in errors.
+fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
+    if let Some(scene) = windfall_scenes::named(name) {
+        return Ok((scene, PathBuf::new(), name.to_owned()));
+    }
+    let path = Path::new(name);
+    if path.is_dir() {
+        bail!("{name}: is a folder, not a scene");
+    }
+    if !path.exists() && path.extension().is_none() {
+        bail!("{name}: no built-in scene and no file of this name; `windfall scenes` lists scenes");
+    }
+    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    Ok((Scene::from_ron(&text, name)?, folder, name.to_owned()))
+}
+
+fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow::Result<Tree> {
+    crate::tree::read(&folder.join(file), &entry.leaves, entry.height)
+}
+
+impl Args {
+    /// The scene with what the command line says instead.
+    fn apply(&self, mut scene: Scene, file: &str) -> anyhow::Result<Scene> {
+        if !self.tree.is_empty() {
+            scene.trees =
+                self.tree.iter().map(|name| self.entry(name)).collect::<Result<_, _>>()?;
+            scene.spacing = None;
+        }
+        scene.count = self.trees.unwrap_or(scene.count);
+        scene.season = self.season.unwrap_or(scene.season);
+        scene.size = self.size.unwrap_or(scene.size);
+        scene.time = self.time.unwrap_or(scene.time);
+        scene.fps = self.fps.unwrap_or(scene.fps);
+        scene.seed = self.seed.unwrap_or(scene.seed);
+        scene.check(file)?;
+        Ok(scene)
+    }
+
+    fn entry(&self, name: &str) -> anyhow::Result<TreeEntry> {
+        let source = if name.parse::<Species>().is_ok() {
+            Source::Species(name.to_owned())
+        } else {
+            // Relative to where the user stands, whatever folder the scene is in.
+            let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
+            Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
+        };
+        Ok(TreeEntry {
+            height: self.height,
+            leaves: self.leaves.clone(),
+            palette: self.palette.clone(),
+            ..TreeEntry::new(source)
+        })
+    }
+
+    /// The frames to draw and their moments.
+    fn moments(&self, scene: &Scene, output: &Output) -> anyhow::Result<Vec<(u32, f32)>> {
+        let film = !matches!(output, Output::Png(_));
+        Ok(match self.frames {
+            Some((first, last)) if !film && first != last => {
+                bail!(
+                    "--frames {first}-{last} are {} pictures and --out {} is one; \
+                     use a pattern such as frames_%05d.png",
+                    u64::from(last - first) + 1,
+                    self.out
+                )
+            }
+            Some((first, last)) => (first..=last).map(|f| (f, scene.frame_time(f))).collect(),
+            None if film => {
+                (scene.frames.0..=scene.frames.1).map(|f| (f, scene.frame_time(f))).collect()
+            }
+            None => vec![((scene.time * scene.fps).max(0.0) as u32, scene.time)],
+        })
+    }
+}
+
+fn progress_bar(frames: u64) -> ProgressBar {
+    if frames < 2 || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(frames);
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos}/{len} frames, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Draws moments of one stage.
+struct Painter {
+    renderer: Renderer,
+    forest: GpuForest,
+    canvas: Canvas,
+    texture: wgpu::Texture,
+}
+
+impl Painter {
+    fn new(gpu: &Gpu, stage: &Stage, (width, height): (u32, u32)) -> Self {
+        let renderer = Renderer::new(&gpu.device, FORMAT);
+        let forest =
+            GpuForest::new(&gpu.device, &gpu.queue, &renderer, &stage.trees, &stage.forest);
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let canvas = renderer.canvas(&gpu.device, width, height);
+        Self { renderer, forest, canvas, texture }
+    }
+
+    fn paint(
+        &self,
+        gpu: &mut Gpu,
+        scene: &Scene,
+        stage: &Stage,
+        frame: u32,
+        time: f32,
+    ) -> anyhow::Result<(Vec<u8>, FrameReport)> {
+        let view = scene.view(time, &stage.forest.terrain);
+        let start = Instant::now();
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let picture = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let target = Target { canvas: &self.canvas, picture: &picture };
+        let stats = self.renderer.render(
+            &gpu.queue,
+            &mut encoder,
+            &gpu.profiler,
+            &self.forest,
+            &view,
+            target,
+        );
+        let capture = Capture::encode(&gpu.device, &mut encoder, &self.texture);
+        gpu.profiler.resolve_queries(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
+        gpu.profiler.end_frame().context("timers")?;
+        capture.map();
+        gpu.wait()?;
+        let rgba = capture.take().context("the picture did not arrive")??;
+        let report = FrameReport {
+            frame,
+            time,
+            trees: stats.trees,
+            trees_visible: stats.trees_visible,
+            leaves_total: stats.leaves_total,
+            leaves_hanging_drawn: stats.leaves_hanging_drawn,
+            leaves_falling: 0,
+            leaves_falling_drawn: 0,
+            leaves_landed: 0,
+            triangles_full: stats.triangles_full,
+            triangles_drawn: stats.triangles_drawn,
+            lambda_total: stats.lambda_total,
+            cpu_ms,
+            gpu_ms: gpu.pass_times().into_iter().collect(),
+        };
+        Ok((rgba, report))
+    }
+}

@@ -1,0 +1,114 @@
+//! `windfall tree`: tree files.
+
+use crate::output::write_whole;
+use anyhow::{Context, bail};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use windfall_core::tree::import::{ImportOptions, import};
+use windfall_core::tree::species::Species;
+use windfall_core::tree::{Tree, export::export_glb, inspect::Inspection};
+
+/// Arguments of `windfall tree`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Print what a tree file or a species is made of
+    Inspect {
+        /// A .glb or .gltf file, or the name of a species
+        #[arg(value_name = "FILE|SPECIES")]
+        tree: String,
+        /// Name of a node, mesh or material that is leaves; may be given again
+        #[arg(long, value_name = "NAME")]
+        leaves: Vec<String>,
+        /// Rescale to this height, metres
+        #[arg(long, value_name = "M")]
+        height: Option<f32>,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a built-in species as a .glb file
+    Export {
+        /// Name of the species
+        species: String,
+        /// Key of everything random
+        #[arg(long, default_value_t = 0)]
+        seed: u32,
+        /// File to write
+        #[arg(long, value_name = "FILE.glb")]
+        out: PathBuf,
+    },
+}
+
+/// Runs `windfall tree`.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    match &args.command {
+        Command::Inspect { tree, leaves, height, json } => {
+            let tree = read_or_grow(tree, leaves, *height)?;
+            inspect(&tree, *json)
+        }
+        Command::Export { species, seed, out } => {
+            let species: Species = species.parse().map_err(|e| anyhow::anyhow!("{e}"))?;
+            let bytes = export_glb(&species.grow(*seed))?;
+            write_whole(out, |file| Ok(file.write_all(&bytes)?))
+        }
+    }
+}
+
+fn read_or_grow(name: &str, leaves: &[String], height: Option<f32>) -> anyhow::Result<Tree> {
+    if let Some(height) = height
+        && !(0.01..=1000.0).contains(&height)
+    {
+        bail!("--height {height}: is not 0.01 to 1000 metres");
+    }
+    if let Ok(species) = name.parse::<Species>() {
+        let mut tree = species.grow(0);
+        if let Some(height) = height {
+            tree.set_height(height);
+        }
+        return Ok(tree);
+    }
+    read(Path::new(name), leaves, height)
+}
+
+/// Reads a tree file.
+pub fn read(path: &Path, leaves: &[String], height: Option<f32>) -> anyhow::Result<Tree> {
+    if path.is_dir() {
+        bail!("{}: is a folder, not a tree file", path.display());
+    }
+    let bytes =
+        std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let options = ImportOptions { leaves: leaves.to_vec(), height, ..Default::default() };
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut resolve = |uri: &str| {
+        let file = folder.join(uri);
+        std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
+    };
+    Ok(import(&bytes, &path.display().to_string(), &options, &mut resolve)?)
+}
+
+fn inspect(tree: &Tree, json: bool) -> anyhow::Result<()> {
+    let facts = Inspection::new(tree);
+    let bytes_gpu = windfall_gpu::model_bytes(tree);
+    let mut out = std::io::stdout().lock();
+    let mut object = serde_json::to_value(&facts)?;
+    object["bytes_gpu"] = bytes_gpu.into();
+    if json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&object)?)?;
+        return Ok(());
+    }
+    let fields = object.as_object().context("an inspection is an object")?;
+    for (name, value) in fields {
+        let value = match value {
+            serde_json::Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        writeln!(out, "{name:<15} {value}")?;
+    }
+    Ok(())
+}

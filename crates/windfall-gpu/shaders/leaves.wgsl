@@ -1,0 +1,124 @@
+// Leaves on their twigs.
+
+@group(1) @binding(0) var<uniform> model: Model;
+@group(1) @binding(1) var<storage, read> surfaces: array<Surface>;
+@group(1) @binding(2) var pictures: texture_2d_array<f32>;
+@group(1) @binding(3) var picture_sampler: sampler;
+
+struct LeafVertex {
+    @location(0) center: vec3<f32>,
+    @location(1) leaf: u32,
+    @location(2) offset_ambient: vec4<f32>,
+    @location(3) normal: vec4<f32>,
+    @location(4) bent_normal: vec4<f32>,
+    @location(5) uv: vec2<f32>,
+    @location(6) material_shed: u32,
+}
+
+struct Varyings {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) world: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) bent_normal: vec3<f32>,
+    @location(3) uv: vec2<f32>,
+    @location(4) @interpolate(flat) color: vec3<f32>,
+    @location(5) @interpolate(flat) material: u32,
+    @location(6) @interpolate(flat) ambient: f32,
+}
+
+// Colour of a leaf in the season, before light. Textured leaves are multiplied by it.
+fn leaf_color(tree: Tree, leaf: u32, height: f32, surface: Surface) -> vec3<f32> {
+    let key = hash(tree.seed, leaf);
+    let brightness = 0.82 + 0.36 * unit(hash(key, 1u));
+    if model.palette_count == 0u {
+        return surface.base_color * brightness;
+    }
+    // The top of the crown turns first; each tree and each leaf has its own time.
+    let own = (unit(hash(key, 0u)) + unit(hash(key, 2u)) - 1.0) * model.palette_spread;
+    let high = (height / model.crown_extent.y) * 0.12;
+    let phase = clamp(frame.season + tree.turn_season.z + own + high, 0.0, 1.0);
+    let x = phase * f32(model.palette_count - 1u);
+    let i = min(u32(x), model.palette_count - 2u);
+    let turned = mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
+    return turned * brightness;
+}
+
+@vertex
+fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
+    let material = in.material_shed >> 24u;
+    var out: Varyings;
+    out.world = world_from_tree(tree, in.center + in.offset_ambient.xyz);
+    out.clip = frame.clip_from_world * vec4(out.world, 1.0);
+    out.normal = turn(tree, in.normal.xyz);
+    out.bent_normal = turn(tree, in.bent_normal.xyz);
+    out.uv = in.uv;
+    let height = in.center.y - model.crown_center.y;
+    out.color = leaf_color(tree, in.leaf, height, surfaces[material]);
+    out.material = material;
+    // Deep in the crown less of the sky is seen.
+    let inside = length((in.center - model.crown_center) / model.crown_extent);
+    out.ambient = in.offset_ambient.w * mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
+    return out;
+}
+
+// Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
+fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+    let view = normalize(frame.eye - in.world);
+    var normal = normalize(in.normal);
+    normal = select(-normal, normal, dot(normal, view) >= 0.0);
+    let bent = normalize(in.bent_normal);
+    let sun = frame.sun_direction;
+    // Share of the sun that reaches this depth of the crown from its side.
+    let reach = mix(0.25, 1.0, smoothstep(-0.7, 0.6, dot(bent, sun))) * mix(0.5, 1.0, in.ambient);
+    let facing = dot(normal, sun);
+    let volume = max(dot(bent, sun), 0.0);
+    let reflected = mix(max(facing, 0.0), volume, 0.35);
+    // Transmitted light is more saturated: it passed the pigments once more.
+    let through = max(-facing, 0.0) * 0.55 * albedo * (0.6 + 0.8 * albedo / (max(albedo.r, max(albedo.g, albedo.b)) + 1e-3));
+    let half_way = normalize(view + sun);
+    let gloss = 0.04 * pow(max(dot(normal, half_way), 0.0), 24.0) * step(0.0, facing);
+    let direct = frame.sun_color * reach * (albedo * reflected / PI + through / PI + gloss);
+    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.5))) * in.ambient;
+    return direct + indirect;
+}
+
+@fragment
+fn solid(in: Varyings) -> @location(0) vec4<f32> {
+    var albedo = in.color;
+    let surface = surfaces[in.material];
+    if surface.layer >= 0 {
+        albedo = textured(in, surface).rgb;
+    } else {
+        // Built-in leaves: a pale midrib, and a margin that dries first.
+        let across = abs(in.uv.x - 0.5);
+        let rib = 1.0 - smoothstep(0.008, 0.03, across);
+        albedo *= 1.0 + 0.25 * rib - 0.18 * smoothstep(0.25, 0.5, across);
+    }
+    return vec4(through_air(leaf_radiance(in, albedo), in.world), 1.0);
+}
+
+fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
+    let texel = textureSample(pictures, picture_sampler, in.uv, surface.layer);
+    if model.palette_count == 0u {
+        return vec4(in.color * texel.rgb, texel.a);
+    }
+    // Keep the picture's light and dark, take the season's colour.
+    let light = dot(texel.rgb, vec3(0.2126, 0.7152, 0.0722)) / model.texture_luminance;
+    return vec4(in.color * clamp(light, 0.0, 2.0), texel.a);
+}
+
+@fragment
+fn masked(in: Varyings) -> @location(0) vec4<f32> {
+    let surface = surfaces[in.material];
+    var texel = vec4(in.color, 1.0);
+    if surface.layer >= 0 {
+        texel = textured(in, surface);
+    }
+    // The hole's edge one pixel wide, so that coverage gives it as many steps as there are samples.
+    let width = max(fwidth(texel.a), 1e-3);
+    let alpha = select(1.0, clamp((texel.a - 0.5) / width + 0.5, 0.0, 1.0), surface.masked == 1u);
+    if alpha <= 0.0 {
+        discard;
+    }
+    return vec4(through_air(leaf_radiance(in, texel.rgb), in.world), alpha);
+}

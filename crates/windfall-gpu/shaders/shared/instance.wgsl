@@ -1,0 +1,17 @@
+// One tree: the instance-step vertex buffer.
+struct Tree {
+    @location(8) position_scale: vec4<f32>,
+    // Cosine and sine of the yaw, season offset, share of leaves drawn.
+    @location(9) turn_season: vec4<f32>,
+    @location(10) seed: u32,
+}
+
+fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {
+    let c = tree.turn_season.x;
+    let s = tree.turn_season.y;
+    return vec3(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
+}
+
+fn world_from_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
+    return tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
+}

@@ -1,0 +1,158 @@
+//! A forest in the GPU's memory.
+
+use crate::model::GpuModel;
+use crate::pass::ground::GroundMesh;
+use crate::renderer::Renderer;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use windfall_core::forest::{Forest, Frustum, Instance};
+use windfall_core::tree::Tree;
+
+/// One tree as the vertex shaders see it: 48 bytes, an instance-step vertex buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct TreeInstance {
+    position: [f32; 3],
+    scale: f32,
+    cos_yaw: f32,
+    sin_yaw: f32,
+    season_offset: f32,
+    /// Share of the leaves that is drawn.
+    lambda: f32,
+    seed: u32,
+    padding: [u32; 3],
+}
+
+impl TreeInstance {
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+        wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Uint32];
+
+    fn new(instance: &Instance) -> Self {
+        let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
+        Self {
+            position: instance.position.to_array(),
+            scale: instance.scale,
+            cos_yaw,
+            sin_yaw,
+            season_offset: instance.season_offset,
+            lambda: 1.0,
+            seed: instance.seed,
+            padding: [0; 3],
+        }
+    }
+}
+
+/// Trees of one model that are drawn in a frame: a range of the instance buffer.
+pub(crate) type Visible = std::ops::Range<u32>;
+
+/// A forest uploaded once and drawn in many frames.
+pub struct GpuForest {
+    pub(crate) models: Vec<GpuModel>,
+    pub(crate) ground: GroundMesh,
+    pub(crate) instances: wgpu::Buffer,
+    /// Trees by model, with their bounding spheres.
+    trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
+    wood_triangles: Vec<u64>,
+    leaf_triangles: Vec<u64>,
+}
+
+/// What a frame held and drew.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FrameStats {
+    /// Trees of the forest.
+    pub trees: u64,
+    /// Trees whose bounding sphere touches the view.
+    pub trees_visible: u64,
+    /// Leaves of all trees.
+    pub leaves_total: u64,
+    /// Leaves drawn on their twigs.
+    pub leaves_hanging_drawn: u64,
+    /// Triangles of all trees, unsimplified.
+    pub triangles_full: u64,
+    /// Triangles of trees that were drawn.
+    pub triangles_drawn: u64,
+    /// Drawn leaves over the leaves of the visible trees; 1 where nothing is visible.
+    pub lambda_total: f64,
+}
+
+impl GpuForest {
+    /// Uploads `forest`, whose instances refer to `trees` by index.
+    ///
+    /// # Panics
+    ///
+    /// If an instance refers to a model that is not in `trees`.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        renderer: &Renderer,
+        trees: &[Tree],
+        forest: &Forest,
+    ) -> Self {
+        let models: Vec<GpuModel> = trees
+            .iter()
+            .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
+            .collect();
+        let mut by_model: Vec<Vec<(TreeInstance, Vec3, f32)>> = vec![Vec::new(); models.len()];
+        for instance in &forest.instances {
+            let model = &models[instance.model as usize];
+            by_model[instance.model as usize].push((
+                TreeInstance::new(instance),
+                instance.world_from_tree(model.center),
+                model.radius * instance.scale,
+            ));
+        }
+        let instances = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("visible trees"),
+            size: (forest.instances.len().max(1) * size_of::<TreeInstance>()) as u64,
+            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self {
+            ground: GroundMesh::new(device, &forest.terrain),
+            instances,
+            trees: by_model,
+            wood_triangles: trees.iter().map(|t| t.wood_triangles() as u64).collect(),
+            leaf_triangles: trees.iter().map(|t| t.foliage.triangle_count() as u64).collect(),
+            models,
+        }
+    }
+
+    /// Uploads the trees in view; per model their range in the instance buffer.
+    pub(crate) fn cull(
+        &self,
+        queue: &wgpu::Queue,
+        frustum: &Frustum,
+    ) -> (Vec<Visible>, FrameStats) {
+        let mut stats = FrameStats::default();
+        let mut visible: Vec<TreeInstance> = Vec::new();
+        let mut ranges = Vec::with_capacity(self.models.len());
+        let mut leaves_visible = 0;
+        for (m, trees) in self.trees.iter().enumerate() {
+            let first = visible.len() as u32;
+            visible.extend(
+                trees
+                    .iter()
+                    .filter(|(_, center, radius)| frustum.sees_sphere(*center, *radius))
+                    .map(|t| t.0),
+            );
+            ranges.push(first..visible.len() as u32);
+            let drawn = u64::from(visible.len() as u32 - first);
+            let leaves = u64::from(self.models[m].leaf_count);
+            let triangles = self.wood_triangles[m] + self.leaf_triangles[m];
+            stats.trees += trees.len() as u64;
+            stats.trees_visible += drawn;
+            stats.leaves_total += trees.len() as u64 * leaves;
+            stats.leaves_hanging_drawn += drawn * leaves;
+            leaves_visible += drawn * leaves;
+            stats.triangles_full += trees.len() as u64 * triangles;
+            stats.triangles_drawn += drawn * triangles;
+        }
+        stats.lambda_total = if leaves_visible > 0 {
+            stats.leaves_hanging_drawn as f64 / leaves_visible as f64
+        } else {
+            1.0
+        };
+        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&visible));
+        (ranges, stats)
+    }
+}

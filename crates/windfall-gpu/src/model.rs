@@ -1,0 +1,298 @@
+//! One tree model on the GPU.
+
+use crate::shared::{Model, Surface};
+use crate::texture::TextureArray;
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
+use half::f16;
+use wgpu::util::DeviceExt;
+use windfall_core::tree::{self, BarkPattern, Material, Tree};
+
+/// A vertex of the hanging leaves: 40 bytes. Everything of the leaf is repeated in its vertices,
+/// since a vertex buffer is read several times faster than a storage buffer on the devices measured.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct LeafVertex {
+    center: [f32; 3],
+    leaf: u32,
+    /// Relative to the centre; `w` is the ambient light that reaches the leaf.
+    offset: [f16; 4],
+    normal: [i8; 4],
+    bent_normal: [i8; 4],
+    uv: [f16; 2],
+    /// Material in the upper 8 bits, shed rank in the lower 24.
+    material_shed: u32,
+}
+
+impl LeafVertex {
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 7] = wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Uint32, 2 => Float16x4, 3 => Snorm8x4, 4 => Snorm8x4,
+        5 => Float16x2, 6 => Uint32,
+    ];
+}
+
+/// A vertex of the wood: 28 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub(crate) struct WoodVertex {
+    position: [f32; 3],
+    normal: [i8; 4],
+    uv: [f32; 2],
+    material: u32,
+}
+
+impl WoodVertex {
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm8x4, 2 => Float32x2, 3 => Uint32];
+}
+
+/// An indexed triangle list and what its surface needs.
+pub(crate) struct Part {
+    pub vertices: wgpu::Buffer,
+    pub indices: wgpu::Buffer,
+    pub index_count: u32,
+    pub bind_group: wgpu::BindGroup,
+    /// Whether some texel of it is a hole.
+    pub masked: bool,
+}
+
+/// A tree model in the GPU's memory.
+pub(crate) struct GpuModel {
+    pub wood: Part,
+    pub leaves: Part,
+    pub leaf_count: u32,
+    /// Sphere around the whole model, about `center`.
+    pub center: Vec3,
+    pub radius: f32,
+}
+
+/// Layout of a part's bind group: model, surfaces, texture array, sampler.
+pub(crate) fn part_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("part of a tree"),
+        entries: &[
+            buffer(0, wgpu::BufferBindingType::Uniform),
+            buffer(1, wgpu::BufferBindingType::Storage { read_only: true }),
+            wgpu::BindGroupLayoutEntry {
+                binding: 2,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                    multisampled: false,
+                },
+                count: None,
+            },
+            wgpu::BindGroupLayoutEntry {
+                binding: 3,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                count: None,
+            },
+        ],
+    })
+}
+
+impl GpuModel {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        layout: &wgpu::BindGroupLayout,
+        tree: &Tree,
+    ) -> Self {
+        let (low, high) = tree.bounds();
+        let (leaf_vertices, leaf_indices) = leaf_mesh(tree);
+        let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
+        let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
+        let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
+        let mut model = model_uniform(tree);
+        model.texture_luminance = leaf_textures.luminance;
+        let model = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(&tree.name),
+            contents: bytemuck::bytes_of(&model),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let part = |vertices: &[u8], indices: &[u32], materials: &[Material], array: &_| {
+            part(device, layout, &model, vertices, indices, materials, array)
+        };
+        let wood = part(
+            bytemuck::cast_slice(&wood_vertices),
+            &tree.wood.indices,
+            &tree.wood.materials,
+            &wood_textures,
+        );
+        let leaves = part(
+            bytemuck::cast_slice(&leaf_vertices),
+            &leaf_indices,
+            &tree.foliage.materials,
+            &leaf_textures,
+        );
+        Self {
+            leaf_count: tree.foliage.leaves.len() as u32,
+            center: (low + high) * 0.5,
+            radius: (high - low).length() * 0.5,
+            wood,
+            leaves,
+        }
+    }
+}
+
+/// Bytes of GPU memory that a tree model takes: buffers and textures with their mip maps.
+pub fn model_bytes(tree: &Tree) -> u64 {
+    let foliage = &tree.foliage;
+    let buffers = foliage.vertex_count() * size_of::<LeafVertex>()
+        + tree.wood.vertices.len() * size_of::<WoodVertex>()
+        + (foliage.triangle_count() * 3 + tree.wood.indices.len()) * size_of::<u32>()
+        + size_of::<Model>();
+    buffers as u64
+        + crate::texture::array_bytes(&foliage.materials)
+        + crate::texture::array_bytes(&tree.wood.materials)
+}
+
+fn part(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    model: &wgpu::Buffer,
+    vertices: &[u8],
+    indices: &[u32],
+    materials: &[Material],
+    array: &TextureArray,
+) -> Part {
+    let init = |label, contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents,
+            usage,
+        })
+    };
+    let mut surfaces: Vec<Surface> =
+        materials.iter().zip(&array.layers).map(|(m, &layer)| surface(m, layer)).collect();
+    if surfaces.is_empty() {
+        surfaces.push(Surface::zeroed()); // a binding may not be empty
+    }
+    let surfaces = init("surfaces", bytemuck::cast_slice(&surfaces), wgpu::BufferUsages::STORAGE);
+    let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("part of a tree"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: model.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: surfaces.as_entire_binding() },
+            wgpu::BindGroupEntry {
+                binding: 2,
+                resource: wgpu::BindingResource::TextureView(&array.view),
+            },
+            wgpu::BindGroupEntry {
+                binding: 3,
+                resource: wgpu::BindingResource::Sampler(&array.sampler),
+            },
+        ],
+    });
+    Part {
+        vertices: init("vertices", vertices, wgpu::BufferUsages::VERTEX),
+        indices: init("indices", bytemuck::cast_slice(indices), wgpu::BufferUsages::INDEX),
+        index_count: indices.len() as u32,
+        bind_group,
+        masked: materials.iter().any(|m| m.alpha_cutoff.is_some()),
+    }
+}
+
+fn surface(material: &Material, layer: Option<u32>) -> Surface {
+    let (ridge, groove, scale, pattern) = match material.surface {
+        tree::Surface::Bark(bark) => {
+            let pattern = match bark.pattern {
+                BarkPattern::Smooth => 1,
+                BarkPattern::Furrowed => 2,
+                BarkPattern::Plated => 3,
+                BarkPattern::Papery => 4,
+            };
+            (bark.ridge, bark.groove, bark.scale, pattern)
+        }
+        tree::Surface::Plain | tree::Surface::Texture(..) => (Vec3::ONE, Vec3::ONE, 1.0, 0),
+    };
+    Surface {
+        base_color: material.base_color,
+        layer: layer.map_or(-1, |l| l as i32),
+        ridge,
+        pattern,
+        groove,
+        scale,
+        roughness: material.roughness,
+        masked: u32::from(material.alpha_cutoff.is_some()),
+        padding: Vec2::ZERO,
+    }
+}
+
+fn model_uniform(tree: &Tree) -> Model {
+    let foliage = &tree.foliage;
+    let mut palette = [Vec4::ONE; 8];
+    if let Some(colors) = &foliage.palette {
+        // Resample to the shader's table, so that any number of stops will do.
+        for (i, color) in palette.iter_mut().enumerate() {
+            *color = colors.color(i as f32 / 7.0).extend(1.0);
+        }
+    }
+    let extent = foliage
+        .leaves
+        .iter()
+        .map(|l| (l.center - foliage.crown_center).abs())
+        .fold(Vec3::splat(1e-3), Vec3::max);
+    Model {
+        palette,
+        crown_center: foliage.crown_center,
+        palette_count: if foliage.palette.is_some() { palette.len() as u32 } else { 0 },
+        crown_extent: extent,
+        palette_spread: foliage.palette.as_ref().map_or(0.0, |p| p.spread),
+        texture_luminance: 1.0,
+        leaf_count: foliage.leaves.len() as u32,
+        tree_height: tree.height(),
+        padding: 0,
+    }
+}
+
+fn snorm(v: Vec3) -> [i8; 4] {
+    let scaled = (v.clamp(Vec3::NEG_ONE, Vec3::ONE) * 127.0).round();
+    [scaled.x as i8, scaled.y as i8, scaled.z as i8, 0]
+}
+
+fn wood_vertex(vertex: &tree::WoodVertex) -> WoodVertex {
+    WoodVertex {
+        position: vertex.position.to_array(),
+        normal: snorm(vertex.normal),
+        uv: vertex.uv.to_array(),
+        material: vertex.material,
+    }
+}
+
+/// The leaves as one mesh in prune order.
+fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>) {
+    let foliage = &tree.foliage;
+    let mut vertices = Vec::with_capacity(foliage.vertex_count());
+    let mut indices = Vec::with_capacity(foliage.triangle_count() * 3);
+    for (i, leaf) in foliage.leaves.iter().enumerate() {
+        let shape = &foliage.shapes[leaf.shape as usize];
+        let first = vertices.len() as u32;
+        indices.extend(shape.indices.iter().map(|&index| first + index));
+        let bent_normal = snorm(leaf.bent_normal);
+        for ((&position, &normal), &uv) in
+            shape.positions.iter().zip(&shape.normals).zip(&shape.uvs)
+        {
+            let offset = leaf.orientation * position * leaf.scale;
+            vertices.push(LeafVertex {
+                center: leaf.center.to_array(),
+                leaf: i as u32,
+                offset: offset.extend(leaf.ambient).to_array().map(f16::from_f32),
+                normal: snorm(leaf.orientation * normal),
+                bent_normal,
+                uv: uv.to_array().map(f16::from_f32),
+                material_shed: leaf.material << 24 | (leaf.shed_rank & 0x00ff_ffff),
+            });
+        }
+    }
+    (vertices, indices)
+}

@@ -1,0 +1,29 @@
+//! The sky behind everything.
+
+use super::{Draw, Shaders};
+
+pub(crate) struct SkyDome {
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl SkyDome {
+    pub fn new(shaders: &Shaders<'_>) -> Self {
+        Self {
+            pipeline: shaders.pipeline(&Draw {
+                label: "sky",
+                source: include_str!("../../shaders/sky.wgsl"),
+                groups: &[],
+                buffers: &[],
+                cull: None,
+                fragment: "fragment",
+                alpha_to_coverage: false,
+                target: None,
+            }),
+        }
+    }
+
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.draw(0..3, 0..1);
+    }
+}

@@ -1,0 +1,333 @@
+//! Texture arrays with mip maps that keep the coverage of alpha-masked leaves.
+
+use windfall_core::tree::{Image, Material, Surface};
+
+/// Alpha at which a texel of an uploaded texture becomes a hole, whatever the material's own.
+const CUTOFF: f32 = 0.5;
+
+/// Largest side of an uploaded texture; larger pictures are scaled down.
+const LARGEST: u32 = 2048;
+
+/// One level of a mip chain: linear colour, straight alpha.
+#[derive(Clone)]
+struct Level {
+    width: usize,
+    height: usize,
+    texels: Vec<[f32; 4]>,
+}
+
+impl Level {
+    fn from_image(image: &Image) -> Self {
+        let texels = image
+            .rgba
+            .chunks_exact(4)
+            .map(|p| [linear(p[0]), linear(p[1]), linear(p[2]), f32::from(p[3]) / 255.0])
+            .collect();
+        Self { width: image.width as usize, height: image.height as usize, texels }
+    }
+
+    /// Resamples with a box as wide as a target texel (or linearly, where it grows). Colour is
+    /// weighted by alpha, so that what lies in the holes does not bleed into the leaf.
+    fn resize(&self, width: usize, height: usize) -> Self {
+        let mut texels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            let rows = spans(y, height, self.height);
+            for x in 0..width {
+                let mut sum = [0.0; 4];
+                let (mut plain, mut weight) = ([0.0; 3], 0.0);
+                for &(j, wy) in &rows {
+                    for &(i, wx) in &spans(x, width, self.width) {
+                        let texel = self.texels[j * self.width + i];
+                        let w = wx * wy;
+                        for k in 0..3 {
+                            sum[k] += texel[k] * texel[3] * w;
+                            plain[k] += texel[k] * w;
+                        }
+                        sum[3] += texel[3] * w;
+                        weight += w;
+                    }
+                }
+                let alpha = sum[3];
+                let color = |k: usize| {
+                    if alpha > 1e-4 { sum[k] / alpha } else { plain[k] / weight }
+                };
+                texels.push([color(0), color(1), color(2), alpha / weight]);
+            }
+        }
+        Self { width, height, texels }
+    }
+
+    /// Share of the texels that are drawn at `cutoff`.
+    fn coverage(&self, cutoff: f32, scale: f32) -> f32 {
+        let drawn = self.texels.iter().filter(|t| t[3] * scale >= cutoff).count();
+        drawn as f32 / self.texels.len() as f32
+    }
+
+    /// Scales alpha so that as many texels are drawn as `coverage` says (Castaño 2010, "Computing
+    /// alpha mipmaps").
+    fn keep_coverage(&mut self, coverage: f32) {
+        let (mut low, mut high) = (0.0, 8.0);
+        for _ in 0..20 {
+            let middle = 0.5 * (low + high);
+            if self.coverage(CUTOFF, middle) < coverage {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.scale_alpha(high);
+    }
+
+    fn scale_alpha(&mut self, factor: f32) {
+        for texel in &mut self.texels {
+            texel[3] = (texel[3] * factor).min(1.0);
+        }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.texels
+            .iter()
+            .flat_map(|t| {
+                let alpha = (t[3] * 255.0 + 0.5) as u8;
+                [srgb(t[0]), srgb(t[1]), srgb(t[2]), alpha]
+            })
+            .collect()
+    }
+}
+
+/// Source texels under target texel `i` of `to`, with weights that sum to 1.
+fn spans(i: usize, to: usize, from: usize) -> Vec<(usize, f32)> {
+    let ratio = from as f32 / to as f32;
+    if ratio <= 1.0 {
+        let at = ((i as f32 + 0.5) * ratio - 0.5).clamp(0.0, (from - 1) as f32);
+        let low = at as usize;
+        let f = at - low as f32;
+        return vec![(low, 1.0 - f), ((low + 1).min(from - 1), f)];
+    }
+    let (start, end) = (i as f32 * ratio, (i + 1) as f32 * ratio);
+    (start as usize..(end.ceil() as usize).min(from))
+        .map(|j| (j, (end.min((j + 1) as f32) - start.max(j as f32)) / ratio))
+        .collect()
+}
+
+fn linear(byte: u8) -> f32 {
+    let c = f32::from(byte) / 255.0;
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+fn srgb(linear: f32) -> u8 {
+    let c = linear.clamp(0.0, 1.0);
+    let encoded = if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+/// The pictures of a list of materials as one texture array.
+pub(crate) struct TextureArray {
+    pub view: wgpu::TextureView,
+    pub sampler: wgpu::Sampler,
+    /// For each material its layer, or `None`.
+    pub layers: Vec<Option<u32>>,
+    /// Mean luminance of the drawn texels over all layers; 1 without textures.
+    pub luminance: f32,
+}
+
+impl TextureArray {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, materials: &[Material]) -> Self {
+        let most = device.limits().max_texture_dimension_2d.min(LARGEST);
+        let mut layers = Vec::new();
+        let mut images: Vec<(&Image, Option<f32>)> = Vec::new();
+        let mut repeat = false;
+        for material in materials {
+            layers.push(match &material.surface {
+                Surface::Texture(image, repeats) => {
+                    repeat |= repeats;
+                    images.push((image, material.alpha_cutoff));
+                    Some(images.len() as u32 - 1)
+                }
+                Surface::Plain | Surface::Bark(_) => None,
+            });
+        }
+        let (width, height) = array_size(materials, most);
+        let levels = width.max(height).ilog2() + 1;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("tree textures"),
+            size: wgpu::Extent3d {
+                width,
+                height,
+                depth_or_array_layers: images.len().max(1) as u32,
+            },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let (mut luminance, mut drawn) = (0.0, 0.0);
+        for (layer, (image, cutoff)) in images.iter().enumerate() {
+            let mips = mip_chain(image, width as usize, height as usize, levels, *cutoff);
+            for t in &mips[0].texels {
+                luminance += (0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2]) * t[3];
+                drawn += t[3];
+            }
+            for (mip, level) in mips.iter().enumerate() {
+                let data = level.bytes();
+                queue.write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &texture,
+                        mip_level: mip as u32,
+                        origin: wgpu::Origin3d { x: 0, y: 0, z: layer as u32 },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    &data,
+                    wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(4 * level.width as u32),
+                        rows_per_image: None,
+                    },
+                    wgpu::Extent3d {
+                        width: level.width as u32,
+                        height: level.height as u32,
+                        depth_or_array_layers: 1,
+                    },
+                );
+            }
+        }
+        let address =
+            if repeat { wgpu::AddressMode::Repeat } else { wgpu::AddressMode::ClampToEdge };
+        Self {
+            view: texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            }),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("tree textures"),
+                address_mode_u: address,
+                address_mode_v: address,
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                anisotropy_clamp: if repeat { 4 } else { 1 },
+                ..Default::default()
+            }),
+            layers,
+            luminance: if drawn > 0.0 { luminance / drawn } else { 1.0 },
+        }
+    }
+}
+
+/// Size of the array that holds the pictures of `materials`, no side above `most`.
+fn array_size(materials: &[Material], most: u32) -> (u32, u32) {
+    materials.iter().fold((1, 1), |(width, height), material| match &material.surface {
+        Surface::Texture(image, _) => {
+            (width.max(image.width.min(most)), height.max(image.height.min(most)))
+        }
+        Surface::Plain | Surface::Bark(_) => (width, height),
+    })
+}
+
+/// Bytes of the texture array of `materials` with its mip maps.
+pub(crate) fn array_bytes(materials: &[Material]) -> u64 {
+    let pictures = materials.iter().filter(|m| matches!(m.surface, Surface::Texture(..))).count();
+    let (width, height) = array_size(materials, LARGEST);
+    let texels: u64 = (0..=width.max(height).ilog2())
+        .map(|level| u64::from((width >> level).max(1)) * u64::from((height >> level).max(1)))
+        .sum();
+    texels * 4 * pictures.max(1) as u64
+}
+
+/// The whole mip chain of an image, first level at the given size.
+///
+/// With a cut-off, alpha is rescaled so that the cut-off becomes [`CUTOFF`], and every level draws
+/// the same share of its texels as the first.
+fn mip_chain(
+    image: &Image,
+    width: usize,
+    height: usize,
+    levels: u32,
+    cutoff: Option<f32>,
+) -> Vec<Level> {
+    let mut first = Level::from_image(image);
+    if (first.width, first.height) != (width, height) {
+        first = first.resize(width, height);
+    }
+    if let Some(cutoff) = cutoff {
+        first.scale_alpha(CUTOFF / cutoff.max(1e-3));
+    }
+    let coverage = first.coverage(CUTOFF, 1.0);
+    let mut chain = vec![first];
+    for _ in 1..levels {
+        let last = &chain[chain.len() - 1];
+        chain.push(last.resize((last.width / 2).max(1), (last.height / 2).max(1)));
+    }
+    if cutoff.is_some() {
+        for level in &mut chain[1..] {
+            level.keep_coverage(coverage);
+        }
+    }
+    chain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thin diagonal strokes: the shape that plain mip maps lose first.
+    fn strokes(size: u32) -> Image {
+        let rgba = (0..size * size)
+            .flat_map(|i| {
+                let (x, y) = (i % size, i / size);
+                let alpha = if (x + y) % 8 < 2 { 255 } else { 0 };
+                [40, 200, 30, alpha]
+            })
+            .collect();
+        Image { width: size, height: size, rgba }
+    }
+
+    #[test]
+    fn every_level_keeps_the_coverage_of_the_first() {
+        let chain = mip_chain(&strokes(64), 64, 64, 7, Some(0.5));
+        let wanted = chain[0].coverage(CUTOFF, 1.0);
+        assert!((wanted - 0.25).abs() < 0.01);
+        for level in &chain[1..4] {
+            let got = level.coverage(CUTOFF, 1.0);
+            // Levels of uniform alpha can only be drawn whole or not at all: never lose the leaf.
+            assert!(got >= wanted, "{} texels: {got}", level.texels.len());
+        }
+        // Without the correction the strokes are gone at once.
+        let plain = mip_chain(&strokes(64), 64, 64, 7, None);
+        assert!(plain[3].coverage(CUTOFF, 1.0) < 0.01);
+    }
+
+    #[test]
+    fn a_cut_off_becomes_one_half() {
+        let image = Image { width: 2, height: 1, rgba: vec![0, 0, 0, 90, 0, 0, 0, 60] };
+        let chain = mip_chain(&image, 2, 1, 1, Some(0.3));
+        // 90/255 = 0.353 is above 0.3, 60/255 = 0.235 below.
+        assert!(chain[0].texels[0][3] > 0.5 && chain[0].texels[1][3] < 0.5);
+    }
+
+    #[test]
+    fn colour_in_the_holes_does_not_bleed_into_the_leaf() {
+        // A red leaf texel beside a black hole.
+        let image = Image { width: 2, height: 1, rgba: vec![255, 0, 0, 255, 0, 0, 0, 0] };
+        let small = Level::from_image(&image).resize(1, 1);
+        assert_eq!(small.texels[0], [1.0, 0.0, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn srgb_round_trips_every_byte() {
+        for byte in 0..=255u8 {
+            assert_eq!(srgb(linear(byte)), byte);
+        }
+    }
+
+    #[test]
+    fn resizing_keeps_the_mean() {
+        let level = Level::from_image(&strokes(30));
+        let mean = |l: &Level| l.texels.iter().map(|t| t[3]).sum::<f32>() / l.texels.len() as f32;
+        for size in [7, 15, 21] {
+            assert!((mean(&level.resize(size, size)) - mean(&level)).abs() < 1e-4);
+        }
+    }
+}

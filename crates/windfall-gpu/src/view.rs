@@ -1,0 +1,99 @@
+//! What the host says of a frame: camera, time, sky.
+
+use crate::shared::Frame;
+use glam::{Mat4, Vec3};
+
+/// A pinhole camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Where it stands, metres.
+    pub eye: Vec3,
+    /// What it looks at; must differ from `eye`.
+    pub target: Vec3,
+    /// Vertical field of view, radians, above 0 and below π.
+    pub fov_y: f32,
+    /// Nearest distance that is drawn, metres, above 0. There is no farthest.
+    pub near: f32,
+}
+
+impl Camera {
+    /// Clip space of this camera for a picture of `aspect` = width / height: right-handed, depth 1
+    /// at `near` falling to 0 at infinity.
+    pub fn clip_from_world(&self, aspect: f32) -> Mat4 {
+        let forward = (self.target - self.eye).normalize_or(Vec3::NEG_Z);
+        // Straight up or down, "up" is no guide: take north.
+        let up = if forward.y.abs() > 0.999 { Vec3::NEG_Z } else { Vec3::Y };
+        Mat4::perspective_infinite_reverse_rh(self.fov_y, aspect, self.near)
+            * Mat4::look_to_rh(self.eye, forward, up)
+    }
+}
+
+/// Light of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sky {
+    /// Direction of the sun seen from above: 0 is +Z, a quarter turn is +X. Radians.
+    pub sun_azimuth: f32,
+    /// Height of the sun over the horizon, radians, `0..=π/2`.
+    pub sun_elevation: f32,
+    /// Extinction of the air, 1/m; 0 is clear, 0.002 a hazy morning.
+    pub haze: f32,
+    /// Exposure in stops; 0 is the default.
+    pub exposure: f32,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Self { sun_azimuth: 0.7, sun_elevation: 0.55, haze: 0.0012, exposure: 0.0 }
+    }
+}
+
+impl Sky {
+    /// Unit vector towards the sun.
+    pub fn sun_direction(&self) -> Vec3 {
+        let (sin_a, cos_a) = self.sun_azimuth.sin_cos();
+        let (sin_e, cos_e) = self.sun_elevation.sin_cos();
+        Vec3::new(cos_e * sin_a, sin_e, cos_e * cos_a)
+    }
+}
+
+/// Everything that changes from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// The camera.
+    pub camera: Camera,
+    /// Light and air.
+    pub sky: Sky,
+    /// Seconds since the scene began; any order of moments gives the same pictures.
+    pub time: f32,
+    /// Phase of autumn, 0 late summer to 1 bare.
+    pub season: f32,
+}
+
+impl View {
+    pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
+        let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
+        // The lower the sun, the longer its way through the air: blue is scattered out first.
+        let elevation = self.sky.sun_elevation.max(0.02);
+        let air_mass =
+            1.0 / (elevation.sin() + 0.15 * (elevation.to_degrees() + 3.885).powf(-1.253));
+        let sun_color = 11.4
+            * Vec3::new(0.032, 0.082, 0.185).map(|optical_depth| (-optical_depth * air_mass).exp());
+        let day = elevation.sin().sqrt();
+        Frame {
+            clip_from_world,
+            world_from_clip: clip_from_world.inverse(),
+            eye: self.camera.eye,
+            time: self.time,
+            sun_direction: self.sky.sun_direction(),
+            season: self.season,
+            sun_color,
+            haze: self.sky.haze,
+            sky_zenith: Vec3::new(0.16, 0.33, 0.72) * (0.35 + 0.65 * day),
+            exposure: self.sky.exposure.exp2(),
+            sky_horizon: Vec3::new(0.74, 0.80, 0.88) * (0.4 + 0.6 * day),
+            width: width as f32,
+            ground_bounce: Vec3::new(0.16, 0.12, 0.07) * (0.3 + 0.7 * day),
+            height: height as f32,
+        }
+    }
+}

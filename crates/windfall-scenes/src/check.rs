@@ -1,0 +1,134 @@
+//! Ranges of a scene's numbers.
+
+use crate::{Scene, Source};
+use windfall_core::forest::Placement;
+use windfall_core::tree::species::Species;
+use windfall_core::{InputError, InputErrorKind};
+
+/// Largest width or height of a picture, pixels; a device may allow less.
+const LARGEST_SIDE: u32 = 16_384;
+/// Farthest that anything may be from the origin, metres.
+const FARTHEST: f32 = 100_000.0;
+
+impl Scene {
+    /// Checks every number: those from a file, and those that a program or a command line changed.
+    ///
+    /// # Errors
+    ///
+    /// The first field that is out of range, with what it may be.
+    pub fn check(&self, file: &str) -> Result<(), InputError> {
+        let fail = |place: &str, value: String, want: &str| {
+            let cause = format!("{value} {want}");
+            Err(InputError::new(file, place, InputErrorKind::OutOfRange, cause))
+        };
+        // A NaN is in no range.
+        let number = |place: &str, value: f32, low: f32, high: f32| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                fail(place, value.to_string(), &format!("is not within {low} to {high}"))
+            }
+        };
+        let (width, height) = self.size;
+        if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
+            let want = format!("is not a picture: both sides are 1 to {LARGEST_SIDE} pixels");
+            return fail("size", format!("{width}x{height}"), &want);
+        }
+        if self.count > Placement::MOST {
+            let want = format!("is more than {} trees", Placement::MOST);
+            return fail("count", self.count.to_string(), &want);
+        }
+        number("time", self.time, -1e7, 1e7)?;
+        number("fps", self.fps, 0.001, 10_000.0)?;
+        if self.frames.0 > self.frames.1 {
+            return fail("frames", format!("{:?}", self.frames), "ends before it begins");
+        }
+        if let Some(spacing) = self.spacing {
+            number("spacing", spacing, 0.1, 1000.0)?;
+        }
+        let (small, large) = self.scale;
+        if !(small > 0.0 && small <= large && large <= 100.0) {
+            return fail(
+                "scale",
+                format!("{:?}", self.scale),
+                "is not 0 < smallest <= largest <= 100",
+            );
+        }
+        number("terrain.relief", self.terrain.relief, 0.0, 1000.0)?;
+        number("terrain.slope", self.terrain.slope.0, -2.0, 2.0)?;
+        number("terrain.slope", self.terrain.slope.1, -2.0, 2.0)?;
+        number("season", self.season, 0.0, 1.0)?;
+        number("season_spread", self.season_spread, 0.0, 1.0)?;
+        number("sky.azimuth", self.sky.azimuth, -3600.0, 3600.0)?;
+        number("sky.elevation", self.sky.elevation, 0.0, 90.0)?;
+        number("sky.haze", self.sky.haze, 0.0, 1.0)?;
+        number("sky.exposure", self.sky.exposure, -20.0, 20.0)?;
+        for (i, strip) in self.keep_out.iter().enumerate() {
+            let place = format!("keep_out[{i}]");
+            for value in [strip.from.0, strip.from.1, strip.to.0, strip.to.1] {
+                number(&place, value, -FARTHEST, FARTHEST)?;
+            }
+            number(&place, strip.radius, 0.0, 1000.0)?;
+        }
+        self.check_trees(file)?;
+        if self.camera.is_empty() {
+            return fail("camera", "the list".to_owned(), "has no key");
+        }
+        for (i, key) in self.camera.iter().enumerate() {
+            let at = |field: &str| format!("camera[{i}]{field}");
+            for (field, (x, y, z)) in [(".eye", key.eye), (".target", key.target)] {
+                for value in [x, y, z] {
+                    number(&at(field), value, -FARTHEST, FARTHEST)?;
+                }
+            }
+            number(&at(".fov"), key.fov, 1.0, 170.0)?;
+            number(&at(".time"), key.time, -1e7, 1e7)?;
+            if key.eye == key.target {
+                return fail(&at(""), "eye and target".to_owned(), "are the same point").map_err(
+                    |e: InputError| InputError { cause: "eye and target are the same".into(), ..e },
+                );
+            }
+            if i > 0 && key.time <= self.camera[i - 1].time {
+                return fail(&at(".time"), key.time.to_string(), "is not after the key before it");
+            }
+        }
+        Ok(())
+    }
+
+    fn check_trees(&self, file: &str) -> Result<(), InputError> {
+        let fail =
+            |place: String, kind, cause: String| Err(InputError::new(file, place, kind, cause));
+        let species = |place: String, name: &str| match name.parse::<Species>() {
+            Ok(_) => Ok(()),
+            Err(unknown) => fail(place, InputErrorKind::Missing, unknown.to_string()),
+        };
+        if self.trees.is_empty() && self.count > 0 {
+            let cause = format!("no tree to plant {} of", self.count);
+            return fail("trees".into(), InputErrorKind::Empty, cause);
+        }
+        for (i, tree) in self.trees.iter().enumerate() {
+            let place = |field: &str| format!("trees[{i}].{field}");
+            if let Source::Species(name) = &tree.source {
+                species(place("source"), name)?;
+            }
+            if let Some(name) = &tree.palette {
+                species(place("palette"), name)?;
+            }
+            let out_of_range = |field, value: f32, want: &str| {
+                fail(place(field), InputErrorKind::OutOfRange, format!("{value} is not {want}"))
+            };
+            if !(tree.weight > 0.0 && tree.weight <= 1e6) {
+                return out_of_range("weight", tree.weight, "above 0");
+            }
+            if !(1..=16).contains(&tree.variants) {
+                return out_of_range("variants", tree.variants as f32, "1 to 16");
+            }
+            if let Some(height) = tree.height
+                && !(0.01..=1000.0).contains(&height)
+            {
+                return out_of_range("height", height, "0.01 to 1000 metres");
+            }
+        }
+        Ok(())
+    }
+}
