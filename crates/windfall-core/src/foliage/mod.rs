@@ -1,6 +1,14 @@
 //! The leaves of a tree: one list in prune order, in which a leaf keeps its identity from twig to
 //! litter.
 
+mod mesh;
+mod pieces;
+mod shapes;
+
+pub(crate) use mesh::Mesh;
+pub(crate) use pieces::pieces;
+pub(crate) use shapes::Shaper;
+
 use crate::rng::{Rng, hash, unit};
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
@@ -155,5 +163,12 @@ impl Foliage {
             leaf.scale *= factor;
         }
         self.crown_center *= factor;
+    }
+
+    pub(crate) fn translate(&mut self, by: Vec3) {
+        for leaf in &mut self.leaves {
+            leaf.center += by;
+        }
+        self.crown_center += by;
     }
 }

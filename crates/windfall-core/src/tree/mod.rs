@@ -1,5 +1,9 @@
 //! Tree models: wood and leaves, from a file or from a built-in species.
 
+mod import;
+
+pub use import::{ImportOptions, Resolve, import};
+
 use crate::foliage::Foliage;
 use glam::{Vec2, Vec3};
 
@@ -111,16 +115,14 @@ impl std::fmt::Debug for Image {
 impl Tree {
     /// Smallest box around wood and leaves, `(low, high)`; zero for a tree of nothing.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let wood = self.wood.vertices.iter().map(|v| (v.position, 0.0));
-        let leaves = self
-            .foliage
-            .leaves
-            .iter()
-            .map(|l| (l.center, l.scale * self.foliage.shapes[l.shape as usize].radius()));
-        let (low, high) =
-            wood.chain(leaves).fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (p, r)| {
-                (low.min(p - Vec3::splat(r)), high.max(p + Vec3::splat(r)))
-            });
+        let wood = self.wood.vertices.iter().map(|v| v.position);
+        let leaves = self.foliage.leaves.iter().flat_map(|leaf| {
+            let shape = &self.foliage.shapes[leaf.shape as usize];
+            shape.positions.iter().map(|&p| leaf.center + leaf.orientation * p * leaf.scale)
+        });
+        let (low, high) = wood
+            .chain(leaves)
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         if low.x <= high.x { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) }
     }
 
@@ -145,6 +147,14 @@ impl Tree {
             vertex.position *= factor;
         }
         self.foliage.scale_positions(factor);
+    }
+
+    /// Moves the whole tree.
+    pub fn translate(&mut self, by: Vec3) {
+        for vertex in &mut self.wood.vertices {
+            vertex.position += by;
+        }
+        self.foliage.translate(by);
     }
 
     /// Triangles of the wood.

@@ -1,0 +1,213 @@
+//! Leaf elements: the pieces of a mesh that hang together through shared edges.
+//!
+//! What hangs together by *index* is too small: exporters split vertices along a folded midrib,
+//! where two normals meet. What hangs together by *position* is too large: leaves of one twig meet
+//! at its tip. An edge in common, after welding positions, is what the two halves of a leaf have
+//! and two leaves have not.
+
+use super::mesh::Mesh;
+use glam::Vec3;
+use std::collections::{HashMap, HashSet};
+
+/// Vertices closer than this part of the mesh's median edge are one.
+const WELD: f32 = 1e-4;
+
+/// Splits a mesh into its pieces, in the order of their first triangles.
+///
+/// A triangle that is there twice (a back face over the same vertices) is kept once: leaves are
+/// drawn from both sides.
+pub(crate) fn pieces(mesh: &Mesh) -> Vec<Mesh> {
+    let ids = weld(mesh);
+    let mut seen = HashSet::new();
+    let triangles: Vec<[u32; 3]> = mesh
+        .indices
+        .chunks_exact(3)
+        .map(|t| [t[0], t[1], t[2]])
+        .filter(|t| {
+            let mut key = t.map(|corner| ids[corner as usize]);
+            key.sort_unstable();
+            seen.insert(key)
+        })
+        .collect();
+
+    let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(triangles.len() * 3);
+    for (i, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|corner| ids[corner as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from != to {
+                edges.push((from.min(to), from.max(to), i as u32));
+            }
+        }
+    }
+    edges.sort_unstable();
+    let mut sets = Sets::new(triangles.len());
+    for pair in edges.windows(2) {
+        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
+            sets.join(pair[0].2, pair[1].2);
+        }
+    }
+
+    let mut piece_of_root: HashMap<u32, usize> = HashMap::new();
+    let mut corners: Vec<Vec<u32>> = Vec::new();
+    for (i, triangle) in triangles.iter().enumerate() {
+        let next = corners.len();
+        let piece = *piece_of_root.entry(sets.root(i as u32)).or_insert(next);
+        if piece == next {
+            corners.push(Vec::new());
+        }
+        corners[piece].extend(triangle);
+    }
+    let mut scratch = vec![u32::MAX; mesh.positions.len()];
+    corners.iter().map(|corners| mesh.part(corners, &mut scratch)).collect()
+}
+
+/// For each vertex the number of its place: the same for vertices at (nearly) the same position.
+fn weld(mesh: &Mesh) -> Vec<u32> {
+    let mut lengths: Vec<f32> = mesh
+        .indices
+        .chunks_exact(3)
+        .map(|t| mesh.positions[t[0] as usize].distance(mesh.positions[t[1] as usize]))
+        .collect();
+    if lengths.is_empty() {
+        return vec![0; mesh.positions.len()];
+    }
+    let middle = lengths.len() / 2;
+    let (_, &mut median, _) = lengths.select_nth_unstable_by(middle, f32::total_cmp);
+    let reach = f64::from((median * WELD).max(f32::MIN_POSITIVE));
+
+    // Cells of twice the reach: what is near a point lies in its own cell or in the seven towards
+    // which the point leans. A cell holds a few places at most, as places keep the reach apart.
+    let mut cells: HashMap<[i64; 3], Vec<(Vec3, u32)>> = HashMap::new();
+    let mut places = 0;
+    let mut place = |position: Vec3| {
+        let grid = position.as_dvec3() / (2.0 * reach);
+        let home = grid.floor();
+        let lean = (grid - home).to_array().map(|part| if part < 0.5 { -1 } else { 1 });
+        let home = home.to_array().map(|x| x as i64);
+        for neighbor in 0..8 {
+            let cell = std::array::from_fn(|axis| {
+                home[axis].saturating_add(if neighbor >> axis & 1 == 1 { lean[axis] } else { 0 })
+            });
+            let near = cells.get(&cell).and_then(|held| {
+                held.iter().find(|(p, _)| f64::from(p.distance(position)) <= reach)
+            });
+            if let Some(&(_, id)) = near {
+                return id;
+            }
+        }
+        let id = places;
+        places += 1;
+        cells.entry(home).or_default().push((position, id));
+        id
+    };
+    mesh.positions.iter().map(|&position| place(position)).collect()
+}
+
+/// Disjoint sets of triangles.
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn root(&mut self, mut i: u32) -> u32 {
+        while self.0[i as usize] != i {
+            // Halving the path keeps it short, without recursion.
+            self.0[i as usize] = self.0[self.0[i as usize] as usize];
+            i = self.0[i as usize];
+        }
+        i
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+
+    fn mesh(positions: &[[f32; 3]], indices: &[u32]) -> Mesh {
+        Mesh {
+            positions: positions.iter().map(|&p| p.into()).collect(),
+            normals: vec![Vec3::Z; positions.len()],
+            uvs: vec![Vec2::ZERO; positions.len()],
+            indices: indices.to_vec(),
+        }
+    }
+
+    #[test]
+    fn halves_with_a_split_midrib_are_one_leaf() {
+        //    2 5
+        //   /| |\      1 and 4, 2 and 5 are at the same positions
+        //  0 | | 3
+        //   \| |/
+        //    1 4
+        let split = mesh(
+            &[[-1., 0., 0.], [0., -1., 0.], [0., 1., 0.], [1., 0., 0.], [0., -1., 0.], [0., 1., 0.]],
+            &[0, 1, 2, 3, 5, 4],
+        );
+        let found = pieces(&split);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].positions.len(), 6, "split vertices stay split");
+    }
+
+    #[test]
+    fn rounding_does_not_part_the_halves() {
+        let split = mesh(
+            &[
+                [-1., 0., 0.],
+                [0., -1., 0.],
+                [0., 1., 0.],
+                [1., 0., 0.],
+                [2e-5, -1., -3e-5],
+                [-4e-5, 1., 0.],
+            ],
+            &[0, 1, 2, 3, 5, 4],
+        );
+        assert_eq!(pieces(&split).len(), 1);
+    }
+
+    #[test]
+    fn leaves_that_touch_at_a_point_stay_apart() {
+        //  1   3
+        //  |\ /|
+        //  | 0 |     0 is shared, even by index
+        //  |/ \|
+        //  2   4
+        let touching = mesh(
+            &[[0., 0., 0.], [-1., 1., 0.], [-1., -1., 0.], [1., 1., 0.], [1., -1., 0.]],
+            &[0, 1, 2, 0, 4, 3],
+        );
+        assert_eq!(pieces(&touching).len(), 2);
+    }
+
+    #[test]
+    fn a_back_face_over_the_same_vertices_is_dropped() {
+        let both = mesh(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], &[0, 1, 2, 0, 2, 1]);
+        let found = pieces(&both);
+        assert_eq!((found.len(), found[0].indices.len()), (1, 3));
+    }
+
+    #[test]
+    fn equal_pieces_get_equal_indices() {
+        let two = mesh(
+            &[
+                [5., 0., 0.],
+                [0., 0., 0.],
+                [1., 0., 0.],
+                [0., 1., 0.],
+                [5., 1., 0.],
+                [6., 0., 0.],
+            ],
+            &[1, 2, 3, 0, 5, 4],
+        );
+        let found = pieces(&two);
+        assert_eq!(found[0].indices, found[1].indices);
+        assert_eq!(found[1].positions[0], Vec3::new(5.0, 0.0, 0.0));
+    }
+}
