@@ -1,5 +1,7 @@
 //! Tree models: wood and leaves, from a file or from a built-in species.
 
+pub mod species;
+
 use crate::foliage::Foliage;
 use glam::{Vec2, Vec3};
 
