@@ -3,6 +3,7 @@
 mod import;
 
 pub use import::{ImportOptions, Resolve, import};
+pub mod species;
 
 use crate::foliage::Foliage;
 use glam::{Vec2, Vec3};
