@@ -1,0 +1,1 @@
+//! Fall paths from files.

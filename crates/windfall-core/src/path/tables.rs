@@ -1,0 +1,353 @@
+//! Several paths as flat arrays, the same for playback here and on a GPU.
+//!
+//! All samples stand in one list: those of the first path, then for each of its joints the *tail*,
+//! the samples that lead into the joint; then the next path's. (VB keep their continuity information
+//! "at the end of the texture" as well.) A fall that uses joint `j` reads sample `i` from the path
+//! while `i < j.blend_start`, and from the tail of `j` from there on ([`PathTables::index`]).
+
+use super::analysis::{self, Analysis, Gap};
+use super::{FallPath, format};
+use crate::error::{InputError, InputErrorKind};
+use bytemuck::{Pod, Zeroable};
+use glam::{Quat, Vec3};
+
+/// One sample, 32 bytes: two texels.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Sample {
+    /// Displacement from the path's first sample, metres.
+    pub position: [f32; 3],
+    /// Lowest height of this sample and all before it, metres.
+    pub low: f32,
+    /// Unit rotation from the leaf's frame into the world's: x, y, z, w.
+    pub orientation: [f32; 4],
+}
+
+/// Where a path's data stand, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct PathRecord {
+    /// Index of the first sample in [`PathTables::samples`].
+    pub first_sample: u32,
+    /// Index of the first starting point in [`PathTables::starts`].
+    pub first_start: u32,
+    /// Number of starting points, at least 1.
+    pub start_count: u32,
+    /// Index of the first joint in [`PathTables::joints`].
+    pub first_joint: u32,
+    /// Number of joints, at least 1.
+    pub joint_count: u32,
+    /// Samples per second.
+    pub rate: f32,
+    /// Upper bound of the downward speed, metres per second.
+    pub fastest_down: f32,
+    /// Upper bound of the horizontal speed, metres per second.
+    pub fastest_along: f32,
+}
+
+/// A joint, 32 bytes. See [`analysis::Joint`].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct JointRecord {
+    /// Displacement of one lap, `path[from] - path[to]`, metres; Y is below 0.
+    pub lap: [f32; 3],
+    /// Half of the turn about Y of each lap, in 2⁻³² turns.
+    pub half_turn: u32,
+    /// Sample that is left.
+    pub from: u32,
+    /// Sample that is entered.
+    pub to: u32,
+    /// First sample that is read from the tail.
+    pub blend_start: u32,
+    /// Index in [`PathTables::samples`] of the tail's first sample.
+    pub tail: u32,
+}
+
+/// Flat arrays of a [`PathSet`], ready for upload.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PathTables {
+    /// All samples.
+    pub samples: Vec<Sample>,
+    /// Starting points, as sample numbers of their path.
+    pub starts: Vec<u32>,
+    /// All joints.
+    pub joints: Vec<JointRecord>,
+    /// One record for each path.
+    pub paths: Vec<PathRecord>,
+    /// For each group, index of its first path and number of paths.
+    pub groups: Vec<[u32; 2]>,
+}
+
+/// Position on the curve of one path, before any variation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Displacement from the path's first sample, metres.
+    pub position: Vec3,
+    /// Unit rotation from the leaf's frame into the world's.
+    pub orientation: Quat,
+    /// Lowest height so far, metres.
+    pub low: f32,
+}
+
+impl PathTables {
+    fn push(&mut self, path: &FallPath) {
+        let first_sample = self.samples.len() as u32;
+        let mut low = 0.0f32;
+        for (p, q) in path.positions().iter().zip(path.orientations()) {
+            low = low.min(p.y);
+            let (position, orientation) = (p.to_array(), q.to_array());
+            self.samples.push(Sample { position, low, orientation });
+        }
+        let (first_start, first_joint) = (self.starts.len() as u32, self.joints.len() as u32);
+        self.starts.extend_from_slice(&path.analysis().starts);
+        for joint in &path.analysis().joints {
+            let tail = self.samples.len() as u32;
+            self.push_tail(path, first_sample, joint);
+            let (from, to) = (joint.from as usize, joint.to as usize);
+            self.joints.push(JointRecord {
+                lap: (path.positions()[from] - path.positions()[to]).to_array(),
+                half_turn: joint.half_turn,
+                from: joint.from,
+                to: joint.to,
+                blend_start: joint.from - joint.blend,
+                tail,
+            });
+        }
+        // A cubic overshoots the chords between its samples: by half, in the worst case met.
+        let (mut down, mut along) = (0.0f32, 0.0f32);
+        for pair in self.samples[first_sample as usize..].windows(2) {
+            let step = Vec3::from(pair[1].position) - Vec3::from(pair[0].position);
+            // Between a tail's end and the next tail's beginning is no step of any fall; counting
+            // some would only loosen the bound, counting all would make it useless.
+            if step.length() < 0.2 * path.drop().max(1.0) {
+                down = down.max(-step.y);
+                along = along.max(step.with_y(0.0).length());
+            }
+        }
+        self.paths.push(PathRecord {
+            first_sample,
+            first_start,
+            start_count: path.analysis().starts.len() as u32,
+            first_joint,
+            joint_count: path.analysis().joints.len() as u32,
+            rate: path.rate(),
+            fastest_down: (down * 1.5 * path.rate()).max(1e-3),
+            fastest_along: along * 1.5 * path.rate(),
+        });
+    }
+
+    /// The samples `from - blend ..= from + 1` on the way into a joint.
+    ///
+    /// They fade from the path's own into those that lead to `to`, turned by the joint and shifted so
+    /// that the two meet at `from`: the lap's displacement stays `path[from] - path[to]`. The last
+    /// three are entirely the continuation's, so that the cubic through them has the same velocity
+    /// and angular velocity on both sides of the jump.
+    fn push_tail(&mut self, path: &FallPath, first_sample: u32, joint: &analysis::Joint) {
+        let (positions, orientations) = (path.positions(), path.orientations());
+        let (from, to, blend) = (joint.from as usize, joint.to as usize, joint.blend as usize);
+        let turn = joint.rotation();
+        let offset = positions[from] - turn * positions[to];
+        let before = first_sample as usize + from - blend - 1;
+        let mut low = self.samples[before].low;
+        let mut previous = Quat::from_array(self.samples[before].orientation);
+        for i in from - blend..=from + 1 {
+            let x = (i + blend - from) as f32 / (blend - 1).max(1) as f32;
+            let w = if i + 1 >= from { 1.0 } else { x * x * (3.0 - 2.0 * x) };
+            let c = to + i - from; // at least 0: blend <= to
+            let own = i.min(positions.len() - 1);
+            let position = positions[own].lerp(offset + turn * positions[c], w);
+            let mut orientation = orientations[own].slerp(turn * orientations[c], w).normalize();
+            if orientation.dot(previous) < 0.0 {
+                orientation = -orientation;
+            }
+            previous = orientation;
+            if i <= from {
+                low = low.min(position.y);
+            }
+            self.samples.push(Sample {
+                position: position.to_array(),
+                low,
+                orientation: orientation.to_array(),
+            });
+        }
+    }
+
+    /// Index in [`PathTables::samples`] of sample `i` of a path, for a fall that uses `joint`;
+    /// `i` may be up to `joint.from + 1`.
+    pub fn index(path: &PathRecord, joint: &JointRecord, i: u32) -> usize {
+        (if i < joint.blend_start {
+            path.first_sample + i
+        } else {
+            joint.tail + i - joint.blend_start
+        }) as usize
+    }
+
+    /// The curve at sample `u`, `0..=joint.from`, on the way to `joint`: a Catmull-Rom cubic through
+    /// the displacements, and through the quaternions as four numbers, brought back to unit length.
+    /// Both have continuous first derivatives.
+    pub fn curve(&self, path: &PathRecord, joint: &JointRecord, u: f32) -> CurvePoint {
+        let i = (u as u32).min(joint.from - 1);
+        let x = u - i as f32;
+        let s = self.around(path, joint, i);
+        let (position, orientation) = combine(&s, weights(x));
+        CurvePoint {
+            position: Vec3::from(s[1].position) + position,
+            orientation: orientation * (1.0 / orientation.length().max(1e-3)),
+            low: s[1].low + (s[2].low - s[1].low) * x,
+        }
+    }
+
+    /// Samples `i - 1` to `i + 2`, the first repeated at the path's beginning.
+    fn around(&self, path: &PathRecord, joint: &JointRecord, i: u32) -> [&Sample; 4] {
+        [i.saturating_sub(1), i, i + 1, i + 2].map(|i| &self.samples[Self::index(path, joint, i)])
+    }
+
+    /// Velocity and angular velocity (world) of the curve, per sample, inside the sample after `i`
+    /// at `x` in `0..=1`.
+    fn motion(&self, path: &PathRecord, joint: &JointRecord, i: u32, x: f32) -> (Vec3, Vec3) {
+        let s = self.around(path, joint, i);
+        let (_, q) = combine(&s, weights(x));
+        let (v, dq) = combine(&s, weight_rates(x));
+        let spin = (dq * q.conjugate()).xyz() * (2.0 / q.length_squared().max(1e-6));
+        (v, spin)
+    }
+}
+
+/// Weighted sums of four samples: displacement from the second, and quaternion.
+fn combine(s: &[&Sample; 4], w: [f32; 4]) -> (Vec3, Quat) {
+    // From the nearer sample: no digits are lost to the size of the displacement.
+    let near = Vec3::from(s[1].position);
+    let p = |k: usize| (Vec3::from(s[k].position) - near) * w[k];
+    let q = |k: usize| Quat::from_array(s[k].orientation) * w[k];
+    (p(0) + p(2) + p(3), q(0) + q(1) + q(2) + q(3))
+}
+
+/// Weights of four successive samples in the Catmull-Rom cubic between the middle two.
+fn weights(x: f32) -> [f32; 4] {
+    let (x2, x3) = (x * x, x * x * x);
+    [
+        0.5 * (-x + 2.0 * x2 - x3),
+        0.5 * (2.0 - 5.0 * x2 + 3.0 * x3),
+        0.5 * (x + 4.0 * x2 - 3.0 * x3),
+        0.5 * (x3 - x2),
+    ]
+}
+
+/// Derivatives of [`weights`].
+fn weight_rates(x: f32) -> [f32; 4] {
+    let x2 = x * x;
+    [
+        0.5 * (-1.0 + 4.0 * x - 3.0 * x2),
+        0.5 * (-10.0 * x + 9.0 * x2),
+        0.5 * (1.0 + 8.0 * x - 9.0 * x2),
+        0.5 * (3.0 * x2 - 2.0 * x),
+    ]
+}
+
+/// Measures what blending left of the gaps, on the curve itself.
+pub(crate) fn measure_joints(path: &FallPath, analysis: &mut Analysis) {
+    let mut probe = path.clone();
+    probe.analysis = analysis.clone();
+    let mut tables = PathTables::default();
+    tables.push(&probe);
+    let (speed, spin) = analysis::scales(path);
+    let record = tables.paths[0];
+    for (k, joint) in analysis.joints.iter_mut().enumerate() {
+        let j = &tables.joints[k];
+        let turn = joint.rotation();
+        let [a, b] = [j.from, j.to].map(|u| tables.curve(&record, j, u as f32));
+        let (v0, w0) = tables.motion(&record, j, j.from - 1, 1.0);
+        let (v1, w1) = tables.motion(&record, j, j.to, 0.0);
+        joint.blended = Gap {
+            position: (a.position - (b.position + Vec3::from(j.lap))).length(),
+            velocity: (v0 - turn * v1).length() * path.rate() / speed,
+            orientation: analysis::angle(a.orientation, turn * b.orientation),
+            angular_velocity: (w0 - turn * w1).length() * path.rate() / spin,
+        };
+    }
+}
+
+/// Paths that leaves fall by, in named groups: a group for each species, or one for all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathSet {
+    paths: Vec<FallPath>,
+    groups: Vec<String>,
+    tables: PathTables,
+}
+
+impl PathSet {
+    /// A set of paths; those of the same name form a group, in the order of first appearance.
+    ///
+    /// # Errors
+    ///
+    /// If there are no paths.
+    pub fn new(paths: Vec<FallPath>) -> Result<Self, InputError> {
+        let mut groups: Vec<String> = Vec::new();
+        for path in &paths {
+            if !groups.iter().any(|g| g == path.name()) {
+                groups.push(path.name().into());
+            }
+        }
+        if groups.is_empty() {
+            let cause = "a path set needs at least one path";
+            return Err(InputError::new("path set", "", InputErrorKind::Empty, cause));
+        }
+        let mut sorted = Vec::with_capacity(paths.len());
+        let mut tables = PathTables::default();
+        for group in &groups {
+            let first = sorted.len() as u32;
+            sorted.extend(paths.iter().filter(|p| p.name() == group).cloned());
+            tables.groups.push([first, sorted.len() as u32 - first]);
+        }
+        for path in &sorted {
+            tables.push(path);
+        }
+        Ok(Self { paths: sorted, groups, tables })
+    }
+
+    /// The paths that come with the library: a group for each of
+    /// [`crate::flight::presets::ALL`], simulated once and kept in the binary (about 140 KB).
+    pub fn builtin() -> Self {
+        super::builtin::load()
+    }
+
+    /// Number of the group called `name`.
+    pub fn group(&self, name: &str) -> Option<u32> {
+        self.groups.iter().position(|g| g == name).map(|i| i as u32)
+    }
+
+    /// Names of the groups.
+    pub fn groups(&self) -> &[String] {
+        &self.groups
+    }
+
+    /// All paths, group by group.
+    pub fn paths(&self) -> &[FallPath] {
+        &self.paths
+    }
+
+    /// The paths as flat arrays.
+    pub fn tables(&self) -> &PathTables {
+        &self.tables
+    }
+
+    /// Reads a path set in binary or RON form; `file` is its name for messages.
+    ///
+    /// # Errors
+    ///
+    /// Bytes that are of neither form, of another version, truncated or followed by more; and
+    /// whatever [`FallPath::new`] refuses.
+    pub fn read(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        format::read(file, bytes)
+    }
+
+    /// The binary form: little-endian, orientations to 1/32767. See [`format`](super::format).
+    pub fn to_bytes(&self) -> Vec<u8> {
+        format::to_bytes(self)
+    }
+
+    /// The RON form, for people and version control.
+    pub fn to_ron(&self) -> String {
+        format::to_ron(self)
+    }
+}

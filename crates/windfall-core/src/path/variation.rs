@@ -1,0 +1,125 @@
+//! What sets one leaf's fall apart from another's on the same path (VB 4.1).
+
+use super::{LeafFall, PathSet};
+use crate::rng::{hash, unit};
+use glam::{Vec2, Vec3};
+use std::ops::Range;
+
+/// How falls on the same paths differ.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Variation {
+    /// VB's own formulas of the leaf's position, as the 2008 text prints them. Kept to reproduce
+    /// the paper; it has defects: a scale is 0 at some positions and up to 3 at others, leaves on a
+    /// plane `x = 0` all fall alike, and neighbours fall nearly alike.
+    ///
+    /// The 2007 text differs: its rotation is `mod(x*y*z*17, 360)`, its scales have a factor 3 under
+    /// the `mod` (`mod(z*y*3, 3)`), its starting point is `mod(y*x*317, starts - 1)`.
+    Paper,
+    /// From the leaf's hash; none of those defects.
+    Hashed(Hashed),
+}
+
+impl Default for Variation {
+    fn default() -> Self {
+        Self::Hashed(Hashed::default())
+    }
+}
+
+/// Bounds of [`Variation::Hashed`]. The turn about Y is uniform over the circle; path, starting point
+/// and joint are uniform among those of the leaf's group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hashed {
+    /// Factor on horizontal displacements. Safe: `0.7..1.3`, the default.
+    pub scale: Range<f32>,
+    /// Playback rate. Safe: `0.95..1.05`, the default.
+    pub rate: Range<f32>,
+}
+
+impl Default for Hashed {
+    fn default() -> Self {
+        Self { scale: 0.7..1.3, rate: 0.95..1.05 }
+    }
+}
+
+/// One leaf's share of variety: constant over its whole fall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variant {
+    /// Index into [`super::PathTables::paths`].
+    pub path: u32,
+    /// Index into [`super::PathTables::joints`].
+    pub joint: u32,
+    /// Sample at which the fall begins.
+    pub start: u32,
+    /// Turn of the whole fall about Y, radians.
+    pub yaw: f32,
+    /// Factors on the path's X and Z displacements, before the turn.
+    pub scale: Vec2,
+    /// Playback rate; 1 is as recorded.
+    pub rate: f32,
+}
+
+/// What a draw of a leaf's hash decides: its counter.
+mod draw {
+    pub const PATH: u32 = 1;
+    pub const JOINT: u32 = 2;
+    pub const START: u32 = 3;
+    pub const YAW: u32 = 4;
+    pub const SCALE: u32 = 5;
+    pub const RATE: u32 = 6;
+    pub const HEADING: u32 = 7;
+}
+
+/// A number in `0..n` from a number in `[0, 1)`.
+fn pick(unit: f32, n: u32) -> u32 {
+    ((unit * n as f32) as u32).min(n.saturating_sub(1))
+}
+
+/// GLSL's `mod`: never negative for positive `b`.
+fn glsl_mod(a: f32, b: f32) -> f32 {
+    a - b * (a / b).floor()
+}
+
+impl Variation {
+    /// The variant of a leaf. A `group` that does not exist is taken as the first.
+    pub fn of(&self, leaf: &LeafFall, paths: &PathSet) -> Variant {
+        let tables = paths.tables();
+        let [first, count] = tables.groups.get(leaf.group as usize).copied().unwrap_or([0, 1]);
+        let u = |draw: u32| unit(hash(leaf.seed, draw));
+        match self {
+            Self::Paper => {
+                let Vec3 { x, y, z } = leaf.origin;
+                let path = &tables.paths[first as usize];
+                let starts = (path.start_count.max(2) - 1) as f32;
+                let start =
+                    pick(glsl_mod(y * x * 37.0, starts) / starts, path.start_count.max(2) - 1);
+                Variant {
+                    path: first,
+                    joint: path.first_joint,
+                    start: tables.starts[(path.first_start + start) as usize],
+                    yaw: glsl_mod(x * y * z * 37.0, 360.0).to_radians(),
+                    scale: Vec2::new(glsl_mod(z * y, 3.0), glsl_mod(x * y, 3.0)),
+                    rate: 1.0,
+                }
+            }
+            Self::Hashed(bounds) => {
+                let index = first + pick(u(draw::PATH), count);
+                let path = &tables.paths[index as usize];
+                let start = pick(u(draw::START), path.start_count);
+                let between = |r: &Range<f32>, u: f32| r.start + (r.end - r.start) * u;
+                Variant {
+                    path: index,
+                    joint: path.first_joint + pick(u(draw::JOINT), path.joint_count),
+                    start: tables.starts[(path.first_start + start) as usize],
+                    yaw: u(draw::YAW) * std::f32::consts::TAU,
+                    scale: Vec2::splat(between(&bounds.scale, u(draw::SCALE))),
+                    rate: between(&bounds.rate, u(draw::RATE)),
+                }
+            }
+        }
+    }
+
+    /// Heading of the landed leaf against the one it arrived with, in `-1..1`.
+    pub(crate) fn heading(leaf: &LeafFall) -> f32 {
+        unit(hash(leaf.seed, draw::HEADING)) * 2.0 - 1.0
+    }
+}
