@@ -4,9 +4,10 @@ use crate::output::write_whole;
 use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::tree::import::{ImportOptions, import};
 use windfall_core::tree::species::Species;
-use windfall_core::tree::{Tree, export::export_glb, inspect::Inspection};
+use windfall_core::tree::{ImportOptions, Tree, import};
+fn export_glb(_: &Tree) -> anyhow::Result<Vec<u8>> { bail!("later") }
+#[derive(serde::Serialize)] struct Inspection { leaves: usize } impl Inspection { fn new(t: &Tree) -> Self { Self { leaves: t.foliage.leaves.len() } } }
 
 /// Arguments of `windfall tree`.
 #[derive(clap::Args)]

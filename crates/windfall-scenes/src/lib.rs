@@ -297,7 +297,7 @@ mod tests {
             ("(0, 5, 0)", "(0, inf, 0)", "s.ron: camera[0].target: inf"),
             ("(0, 5, 0)", "(0, 1.7, 20)", "s.ron: camera[0]: eye and target are the same"),
             ("[(source: Species(\"oak\"))]", "[]", "s.ron: trees: no tree"),
-            ("\"oak\"", "\"oakk\"", "s.ron: trees[0].source: no species \"oakk\""),
+            ("\"oak\"", "\"oakk\"", "s.ron: trees[0].source: no species is called \"oakk\""),
             ("count: 3", "count: 3, scale: (0, 1)", "s.ron: scale: (0.0, 1.0) is not"),
             ("count: 3", "count: ", "s.ron: line"),
         ];

@@ -48,7 +48,7 @@ impl Scene {
                     tree.set_height(height);
                 }
                 if let Some(name) = &entry.palette {
-                    tree.foliage.palette = Some(species(name).palette());
+                    tree.foliage.palette = Some(species(name).params().palette);
                 }
                 weights.push(entry.weight / entry.variants as f32);
                 trees.push(tree);

@@ -1,9 +1,9 @@
 //! Tree models: wood and leaves, from a file or from a built-in species.
 
 mod import;
+pub mod species;
 
 pub use import::{ImportOptions, Resolve, import};
-pub mod species;
 
 use crate::foliage::Foliage;
 use glam::{Vec2, Vec3};
