@@ -215,17 +215,16 @@ impl<'a> Reader<'a> {
         let mut known: BTreeMap<(Option<usize>, bool), (u32, material::Look)> = BTreeMap::new();
         for part in found {
             let key = (part.primitive.material, part.leaves);
-            let (slot, look) = match known.get(&key) {
-                Some(known) => known.clone(),
-                None => {
-                    let look = self.look(part.primitive.material, &part.place)?;
-                    let list: &mut Vec<Material> =
-                        if part.leaves { &mut leaf_materials } else { &mut wood.materials };
-                    list.push(look.material.clone());
-                    let entry = (list.len() as u32 - 1, look);
-                    known.insert(key, entry.clone());
-                    entry
-                }
+            let (slot, look) = if let Some(known) = known.get(&key) {
+                known.clone()
+            } else {
+                let look = self.look(part.primitive.material, &part.place)?;
+                let list: &mut Vec<Material> =
+                    if part.leaves { &mut leaf_materials } else { &mut wood.materials };
+                list.push(look.material.clone());
+                let entry = (list.len() as u32 - 1, look);
+                known.insert(key, entry.clone());
+                entry
             };
             let mesh = self.mesh(part.primitive, &look, part.world_from_node, &part.place)?;
             if part.leaves {
