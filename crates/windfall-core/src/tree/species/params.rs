@@ -92,7 +92,7 @@ pub struct Leaves {
     pub enlarge: f32,
     /// Leaves at one node of the twig: 1 alternate, 2 opposite, more on spurs.
     pub per_node: u32,
-    /// Petiole in lengths of the blade.
+    /// Petiole in lengths of the blade; 0 draws none.
     pub petiole: f32,
     /// Angle between leaf and twig, degrees.
     pub angle: f32,
