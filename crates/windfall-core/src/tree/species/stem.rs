@@ -17,7 +17,7 @@ const THINNEST: f32 = 0.003;
 /// Greatest radius of a stem over its parent's there: with the collar it still hides its open foot.
 const STOUTEST: f32 = 0.68;
 /// Stems whose foot is thinner than this radius, metres, have no bark yet.
-const BARE: f32 = 0.02;
+const BARE: f32 = 0.03;
 
 /// One stem: its axis, and its radius at every point of it.
 pub(super) struct Stem {
