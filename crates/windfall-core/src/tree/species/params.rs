@@ -47,7 +47,7 @@ pub struct Trunk {
     pub lean: f32,
     /// Root flare: share by which the foot is wider, 0 and up.
     pub flare: f32,
-    /// Segments along and around.
+    /// Segments along and around; at least 1 and 3.
     pub mesh: [u32; 2],
 }
 

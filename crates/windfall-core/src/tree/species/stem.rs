@@ -24,7 +24,7 @@ pub(super) struct Stem {
     pub points: Vec<Vec3>,
     pub radii: Vec<f32>,
     pub length: f32,
-    /// Height of the flare's lobes over the first points; 0 for all but the trunk.
+    /// Root flare, as the trunk's; 0 for all others.
     flare: f32,
     sides: u32,
     /// 0 for the trunk.
@@ -84,7 +84,7 @@ fn trunk(trunk: &Trunk, rng: &mut Rng) -> Stem {
     let lean = trunk.lean.to_radians() * rng.normal().clamp(-2.0, 2.0);
     let azimuth = rng.range(0.0, TAU);
     let start = Vec3::new(azimuth.cos() * lean, 1.0, azimuth.sin() * lean).normalize_or(Vec3::Y);
-    let segments = trunk.mesh[0];
+    let segments = trunk.mesh[0].max(1);
     // Short steps at the foot, where the flare turns.
     let share = |i: u32| {
         let t = i as f32 / segments as f32;
@@ -97,7 +97,7 @@ fn trunk(trunk: &Trunk, rng: &mut Rng) -> Stem {
         .map(|i| trunk.radius * size * tapered(share(i), trunk.taper))
         .map(|r| r.max(THINNEST))
         .collect();
-    Stem { points, radii, length, flare: trunk.flare, sides: trunk.mesh[1], level: 0 }
+    Stem { points, radii, length, flare: trunk.flare, sides: trunk.mesh[1].max(3), level: 0 }
 }
 
 /// Share of the foot's radius that is left at a share of the length.
@@ -138,7 +138,7 @@ fn stem(
     depth: usize,
     rng: &mut Rng,
 ) -> Stem {
-    let [segments, sides] = level.mesh;
+    let (segments, sides) = (level.mesh[0].max(1), level.mesh[1].max(3));
     let steps = vec![length / segments as f32; segments as usize];
     let points = wander(foot, heading, &steps, level.lift, level.wander, CLEARANCE, rng);
     let radii = (0..=segments)

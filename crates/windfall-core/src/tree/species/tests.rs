@@ -230,6 +230,14 @@ fn a_budget_of_vertices_is_met_to_half_a_leaf() {
     // Too little for the wood: bare, not a panic.
     assert!(Species::Maple.grow_to(9, 10).foliage.leaves.is_empty());
     // Four times the leaves at half the size cover the same.
+    let area = |count| {
+        let f = Species::Birch.grow_with(1, count).foliage;
+        assert_eq!(f.leaves.len(), count as usize);
+        let one = |l: &Leaf| f.shapes[l.shape as usize].area() * l.scale * l.scale;
+        f.leaves.iter().map(one).sum::<f32>()
+    };
+    let ratio = area(20_000) / area(8_000);
+    assert!((0.95..1.05).contains(&ratio), "{ratio}");
     let leaves = Species::Birch.params().leaves;
     assert_eq!(leaves.enlarge_for(leaves.count), leaves.enlarge);
     assert_eq!(leaves.enlarge_for(leaves.count * 4), leaves.enlarge / 2.0);
