@@ -2,14 +2,8 @@
 
 mod export;
 mod import;
-mod export;
-mod import;
 mod inspect;
 pub mod species;
-
-pub use export::{ExportError, export_glb};
-pub use import::{ImportOptions, Resolve, import};
-pub use inspect::{Inspection, TextureInspection};
 
 pub use export::{ExportError, export_glb};
 pub use import::{ImportOptions, Resolve, import};
