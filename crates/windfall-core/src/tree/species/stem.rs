@@ -85,11 +85,7 @@ fn trunk(trunk: &Trunk, rng: &mut Rng) -> Stem {
     let azimuth = rng.range(0.0, TAU);
     let start = Vec3::new(azimuth.cos() * lean, 1.0, azimuth.sin() * lean).normalize_or(Vec3::Y);
     let segments = trunk.mesh[0].max(1);
-    // Short steps at the foot, where the flare turns.
-    let share = |i: u32| {
-        let t = i as f32 / segments as f32;
-        0.7 * t * t + 0.3 * t
-    };
+    let share = |i: u32| share(i as f32 / segments as f32, 0.7);
     let steps: Vec<f32> = (0..segments).map(|i| (share(i + 1) - share(i)) * length).collect();
     let points =
         wander(Vec3::NEG_Y * DEPTH, start, &steps, [0.35, 0.35], trunk.wander, f32::MIN, rng);
@@ -98,6 +94,12 @@ fn trunk(trunk: &Trunk, rng: &mut Rng) -> Stem {
         .map(|r| r.max(THINNEST))
         .collect();
     Stem { points, radii, length, flare: trunk.flare, sides: trunk.mesh[1].max(3), level: 0 }
+}
+
+/// Where along a stem the ring at a share of all rings lies: closer at the foot, where the stem
+/// swells, the more so the greater `crowding`, `0..1`.
+fn share(t: f32, crowding: f32) -> f32 {
+    crowding * t * t + (1.0 - crowding) * t
 }
 
 /// Share of the foot's radius that is left at a share of the length.
@@ -124,30 +126,33 @@ fn bear(parent: &Stem, level: &Level, depth: usize, rng: &mut Rng) -> Vec<Stem> 
             let heading = place.heading * angle.cos() + out * angle.sin();
             let radius = parent.radii[0] * (length / parent.length).powf(level.power);
             let radius = radius.min(place.radius * STOUTEST).max(THINNEST);
-            stem(place.point, heading, length.max(0.08), radius, level, depth, rng)
+            let length = length.max(0.08);
+            let collar = |s: f32| 0.3 * (-(s - place.radius).max(0.0) / (2.0 * radius)).exp();
+            let steps = level.mesh[0].max(1);
+            let share = |i: u32| share(i as f32 / steps as f32, 0.4);
+            let walk: Vec<f32> = (0..steps).map(|i| (share(i + 1) - share(i)) * length).collect();
+            Stem {
+                points: wander(
+                    place.point,
+                    heading,
+                    &walk,
+                    level.lift,
+                    level.wander,
+                    CLEARANCE,
+                    rng,
+                ),
+                // A stem is wider where it leaves its parent.
+                radii: (0..=steps)
+                    .map(|i| tapered(share(i), level.taper) + collar(share(i) * length))
+                    .map(|r| (r * radius).max(THINNEST * 0.7))
+                    .collect(),
+                length,
+                flare: 0.0,
+                sides: level.mesh[1].max(3),
+                level: depth,
+            }
         })
         .collect()
-}
-
-fn stem(
-    foot: Vec3,
-    heading: Vec3,
-    length: f32,
-    radius: f32,
-    level: &Level,
-    depth: usize,
-    rng: &mut Rng,
-) -> Stem {
-    let (segments, sides) = (level.mesh[0].max(1), level.mesh[1].max(3));
-    let steps = vec![length / segments as f32; segments as usize];
-    let points = wander(foot, heading, &steps, level.lift, level.wander, CLEARANCE, rng);
-    let radii = (0..=segments)
-        .map(|i| i as f32 / segments as f32)
-        // The collar: a stem is wider where it leaves its parent.
-        .map(|t| radius * (tapered(t, level.taper) + 0.25 * (-t * length / (3.0 * radius)).exp()))
-        .map(|r| r.max(THINNEST * 0.7))
-        .collect();
-    Stem { points, radii, length, flare: 0.0, sides, level: depth }
 }
 
 /// A unit vector square to `heading`: at `azimuth` around it, or flattened to left and right.
