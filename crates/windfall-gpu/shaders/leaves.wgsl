@@ -78,9 +78,8 @@ fn loose(in: LooseVertex) -> Varyings {
     let n = 2.0 * cross(q.xyz, in.normal.xyz);
     out.normal = in.normal.xyz + q.w * n + cross(q.xyz, n);
     let look = unpack4x8snorm(in.look);
-    // The crown's bent normal on the twig, the upper side's own in the air.
-    let own = select(-out.normal, out.normal, out.normal.y >= 0.0);
-    out.bent_normal = mix(from_octahedral(look.yz), own, unpack4x8unorm(in.look).w);
+    // The crown's bent normal on the twig; in the air light comes from above.
+    out.bent_normal = mix(from_octahedral(look.yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(in.look).w);
     out.uv = in.uv;
     out.color = in.color_ambient.rgb * in.color_ambient.rgb * 2.0;
     out.material = in.look & 0xffu;
@@ -93,7 +92,8 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let view = normalize(frame.eye - in.world);
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, view) >= 0.0);
-    let bent = normalize(in.bent_normal);
+    // Opposite normals may cancel: a nudge keeps the sum from being nothing.
+    let bent = normalize(in.bent_normal + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
     // Share of the sun that reaches this depth of the crown from its side.
     let reach = mix(0.25, 1.0, smoothstep(-0.7, 0.6, dot(bent, sun))) * mix(0.5, 1.0, in.ambient);
@@ -105,7 +105,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let half_way = normalize(view + sun);
     let gloss = 0.04 * pow(max(dot(normal, half_way), 0.0), 24.0) * step(0.0, facing);
     let direct = frame.sun_color * reach * (albedo * reflected / PI + through / PI + gloss);
-    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.5))) * in.ambient;
+    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.45))) * in.ambient;
     return direct + indirect;
 }
 
