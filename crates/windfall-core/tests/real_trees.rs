@@ -1,6 +1,6 @@
 //! Real exports of two tools, kept beside the repository and not in it: skipped where absent.
+#![expect(clippy::unwrap_used, reason = "this is test code")]
 
-#![allow(clippy::unwrap_used, reason = "this is test code")]
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::time::Instant;

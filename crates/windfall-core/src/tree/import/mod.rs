@@ -27,6 +27,9 @@ use std::collections::BTreeMap;
 /// Triangles that a file may draw, over all its nodes: one mesh can be named by many.
 const MOST_TRIANGLES: u64 = 1 << 24;
 
+/// Primitives that a file may draw, over all its nodes: enough for a node per leaf.
+const MOST_PRIMITIVES: usize = 1 << 20;
+
 /// A foot nearer to the origin than this part of the tree's height stands where it should.
 const FOOT_TOLERANCE: f32 = 0.02;
 
@@ -157,6 +160,10 @@ impl<'a> Reader<'a> {
                          too many for one tree"
                     );
                     return Err(self.error(&place, OutOfRange, cause));
+                }
+                if found.len() >= MOST_PRIMITIVES {
+                    let cause = format!("the scene draws more than {MOST_PRIMITIVES} primitives");
+                    return Err(self.error(&here, OutOfRange, cause));
                 }
                 if count > 0 {
                     let material = primitive.material.and_then(|m| document.materials.get(m));
@@ -293,7 +300,7 @@ fn local(node: &Node) -> Mat4 {
     }
     let rotation = Quat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
     // Forgiving: writers round quaternions; one of no length at all is no rotation.
-    let rotation = if rotation.length_squared() > 1e-12 && rotation.is_finite() {
+    let rotation = if (1e-12..1e12).contains(&rotation.length_squared()) {
         rotation.normalize()
     } else {
         Quat::IDENTITY
