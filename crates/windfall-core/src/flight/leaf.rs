@@ -40,6 +40,12 @@ pub struct Air {
     pub circulation: f64,
     /// Damping of rotation beyond what the panels feel: torque coefficient of `ω|ω|`.
     pub damping: f64,
+    /// Share of the potential-flow moment that turns a plate broadside (Munk), 0..=1: separation
+    /// takes some of it.
+    pub munk: f64,
+    /// Share of a panel's speed by the plate's rolling and pitching that its pressure feels, 0..=1:
+    /// the flow past a plate that turns over does not follow it at once.
+    pub local: f64,
 }
 
 impl Air {
@@ -51,6 +57,8 @@ impl Air {
         leading: 0.2,
         circulation: 1.6,
         damping: 0.2,
+        munk: 1.0,
+        local: 1.0,
     };
 }
 
@@ -139,7 +147,9 @@ impl LeafBody {
         }
         let second: f64 = centers.iter().map(|c| (c.z / a).powi(2)).sum::<f64>() / PANELS as f64;
         let correct = (0.25 / second).sqrt();
-        centers.iter_mut().for_each(|c| *c *= correct);
+        for c in &mut centers {
+            *c *= correct;
+        }
         let normals = centers.map(|c| {
             let (x, z) = (c.x / b, c.z / a);
             DVec3::new(-self.cup * x + self.twist * z, 1.0, -self.cup * z).normalize()
@@ -186,8 +196,9 @@ impl Plate {
         } else {
             DVec3::ZERO
         };
+        let felt = s.spin * DVec3::new(body.air.local, 1.0, body.air.local);
         for (r, n) in self.centers.iter().zip(&self.normals) {
-            let v = center + s.spin.cross(*r);
+            let v = center + felt.cross(*r);
             let speed = v.length();
             if speed < 1e-9 {
                 continue;
@@ -216,7 +227,7 @@ impl Plate {
         force += into_leaf * DVec3::new(0.0, -GRAVITY * self.mass, 0.0);
         let velocity = (force - s.spin.cross(momentum)) / (DVec3::splat(self.mass) + added);
         let inertia = self.inertia + self.added_inertia;
-        torque -= s.spin.cross(inertia * s.spin) + center.cross(added * center);
+        torque -= s.spin.cross(inertia * s.spin) + center.cross(added * center) * body.air.munk;
         Rates {
             position: s.orientation * (s.velocity - s.spin.cross(body.offset)),
             turn: s.spin,
@@ -260,12 +271,13 @@ impl Plate {
 }
 
 impl Flight {
-    /// At rest, in any orientation that the generator gives.
+    /// Let go at rest in any orientation, turning a little (3 rad/s about each axis, rms).
     pub fn released(rng: &mut Rng) -> Self {
         let [x, y, z, w] = std::array::from_fn(|_| f64::from(rng.normal()));
         let q = DQuat::from_xyzw(x, y, z, w);
         let orientation = if q.length() > 1e-3 { q * (1.0 / q.length()) } else { DQuat::IDENTITY };
-        Self { position: DVec3::ZERO, orientation, velocity: DVec3::ZERO, spin: DVec3::ZERO }
+        let spin = DVec3::from_array(std::array::from_fn(|_| 3.0 * f64::from(rng.normal())));
+        Self { position: DVec3::ZERO, orientation, velocity: DVec3::ZERO, spin }
     }
 
     /// Angular velocity in the world's frame, radians per second.
