@@ -51,10 +51,26 @@ pub struct Air {
 impl Air {
     /// Found by holding falling paper discs against measurements ([`super::measure`]).
     pub const STANDARD: Self = Self {
+        broadside: 3.0,
+        slope: 2.79,
+        friction: 0.272,
+        leading: 0.539,
+        circulation: 0.864,
+        damping: 0.104,
+        munk: 0.224,
+        local: 0.485,
+    };
+
+    /// A broad leaf with lobes, curl and a petiole: the air about it resists turning over more than
+    /// that about a stiff disc, and it flutters where [`Air::STANDARD`] tumbles.
+    pub const FLUTTERING: Self = Self { munk: 0.6, damping: 0.5, ..Self::STANDARD };
+
+    /// A slender wing in attached flow, as a samara's: less drag, the full moments of potential flow.
+    pub const WING: Self = Self {
         broadside: 1.6,
         slope: 1.0,
         friction: 0.08,
-        leading: 0.2,
+        leading: 0.4,
         circulation: 1.6,
         damping: 0.2,
         munk: 1.0,
