@@ -32,7 +32,7 @@ struct Falls {
     shared: Option<[f64; 2]>,
 }
 
-/// Leaves of one tree: a crown of 6 m width whose leaves hang 5 to 10 m above the ground, sorted by
+/// Leaves of one tree: a crown of 6 m width whose leaves hang 3 to 7 m above the ground, sorted by
 /// place so that neighbours follow each other.
 fn tree(leaves: u32, group: u32, seed: u32) -> Vec<LeafFall> {
     let mut rng = Rng::new(seed);
@@ -45,7 +45,7 @@ fn tree(leaves: u32, group: u32, seed: u32) -> Vec<LeafFall> {
             let mut u = || rng.range(-1.0, 1.0);
             let q = Quat::from_xyzw(u(), u(), u(), u());
             LeafFall {
-                origin: Vec3::new(p.x * 3.0, 7.5 + p.y * 2.5, p.z * 3.0),
+                origin: Vec3::new(p.x * 3.0, 5.0 + p.y * 2.0, p.z * 3.0),
                 twig_orientation: q * (1.0 / q.length().max(1e-3)),
                 seed: hash(seed, i),
                 group,
@@ -79,7 +79,7 @@ pub fn run(leaves: u32, species: &str, seed: u32) -> Result<()> {
     let mut out = std::io::stdout().lock();
     writeln!(
         out,
-        "{leaves} leaves of one {species}, from 5 to 10 m, in calm air, against {leaves} direct \
+        "{leaves} leaves of one {species}, from 3 to 7 m, in calm air, against {leaves} direct \
          simulations from the same heights\n"
     )?;
 

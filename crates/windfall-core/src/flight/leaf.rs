@@ -319,7 +319,10 @@ impl Flight {
 }
 
 /// A fall path of `seconds` at `rate` hertz, recorded after the leaf has found its way of falling.
-/// Re-drawn up to `draws` times until its best joint matches well; the best draw is kept.
+///
+/// Several falls are drawn, and one is kept: one whose joints match well, and that comes down and
+/// drifts from lap to lap as the draws do on the whole. One path stands for many falls: it must not be
+/// the odd one.
 ///
 /// # Errors
 ///
@@ -334,7 +337,7 @@ pub fn fall_path(
     draws: u32,
 ) -> Result<FallPath, InputError> {
     let plate = body.plate();
-    let mut best: Option<(f32, FallPath)> = None;
+    let mut paths: Vec<FallPath> = Vec::new();
     let mut refused = None;
     for draw in 0..draws.max(1) {
         let mut rng = Rng::new(seed).stream(draw);
@@ -345,21 +348,48 @@ pub fn fall_path(
         let positions = flight.iter().map(|s| (s.position - origin).as_vec3()).collect();
         let orientations = flight.iter().map(|s| s.orientation.as_quat()).collect();
         match FallPath::new(name, rate as f32, positions, orientations) {
-            Ok(path) => {
-                let joints = &path.analysis().joints;
-                let cost = joints.iter().map(|j| j.raw.velocity + j.raw.orientation).sum::<f32>()
-                    / joints.len() as f32
-                    + 0.5 / joints.len() as f32;
-                if best.as_ref().is_none_or(|b| cost < b.0) {
-                    best = Some((cost, path));
-                }
-            }
+            Ok(path) => paths.push(path),
             Err(error) => refused = Some(error),
         }
     }
-    match (best, refused) {
-        (Some((_, path)), _) => Ok(path),
+    let descent = median(paths.iter().map(FallPath::descent));
+    let drift = median(paths.iter().map(drift));
+    let cost = |path: &FallPath| {
+        let joints = &path.analysis().joints;
+        let gaps = joints.iter().map(|j| j.raw.velocity + j.raw.orientation).sum::<f32>();
+        (gaps + 0.5) / joints.len() as f32
+            + 10.0 * (path.descent() / descent - 1.0).abs()
+            + (lap_drift(path) / drift.max(1e-3) - 1.0).abs()
+    };
+    paths.sort_by_cached_key(|p| (cost(p) * 1e6) as u64);
+    match (paths.into_iter().next(), refused) {
+        (Some(path), _) => Ok(path),
         (None, Some(error)) => Err(error),
         (None, None) => unreachable!("at least one draw was made"),
     }
+}
+
+fn median(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Horizontal distance over the first half of a path, metres: as long as a lap, roughly.
+fn drift(path: &FallPath) -> f32 {
+    path.positions()[path.positions().len() / 2].with_y(0.0).length()
+}
+
+/// How far laps lead away from the start: mean over the joints, in metres for each lap of the square
+/// root of four laps, which is how independent pieces add up. Laps that turn lead round in circles.
+fn lap_drift(path: &FallPath) -> f32 {
+    let joints = &path.analysis().joints;
+    let each = joints.iter().map(|j| {
+        let p = path.positions();
+        let lap = (p[j.from as usize] - p[j.to as usize]).with_y(0.0).length();
+        let half = 0.5 * j.turn();
+        let sum = if half.abs() < 1e-3 { 4.0 } else { ((4.0 * half).sin() / half.sin()).abs() };
+        lap * sum / 2.0
+    });
+    each.sum::<f32>() / joints.len() as f32
 }
