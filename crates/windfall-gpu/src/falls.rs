@@ -21,6 +21,9 @@ use windfall_core::wind::Wind;
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
 
+/// Words between the indirect arguments and the streams' counters (`shaders/falls.wgsl`).
+pub(crate) const TALLIES: usize = 8;
+
 /// How leaves fall in a forest.
 #[derive(Debug, Clone)]
 pub struct Falls {
@@ -152,7 +155,7 @@ impl GpuFalls {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + plan.streams.len();
+        let words = 5 * plan.bins.len() + TALLIES + plan.streams.len();
         let counters = empty(
             "leaf counters",
             words as u64 * 4,
@@ -221,14 +224,11 @@ impl GpuFalls {
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
+            .chain([0; TALLIES])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
-            contents: if arguments.is_empty() {
-                &[0; 20]
-            } else {
-                bytemuck::cast_slice(&arguments)
-            },
+            contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
         Self {
