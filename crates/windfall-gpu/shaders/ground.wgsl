@@ -47,7 +47,11 @@ fn litter(at: vec2<f32>, width: f32) -> vec4<f32> {
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let at = in.world.xz;
-    let width = length(fwidth(at));
+    // Size of a pixel on the ground: seen at a grazing angle it is long and thin; the mean of both
+    // sides keeps the detail, and the fourfold samples keep it still.
+    let dx = dpdx(at);
+    let dy = dpdy(at);
+    let width = sqrt(abs(dx.x * dy.y - dx.y * dy.x)) * 1.5;
     let patches = fractal_noise2(at * 0.11, width * 0.11, 21u);
     let fine = fractal_noise2(at * 3.1, width * 3.1, 22u);
     let grains = fractal_noise2(at * 23.0, width * 23.0, 23u);
@@ -59,6 +63,6 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     albedo = mix(albedo, leaves.rgb, leaves.a * mix(0.25, 0.95, covered));
     let normal = normalize(in.normal);
     let sun = max(dot(normal, frame.sun_direction), 0.0);
-    let light = frame.sun_color * sun / PI * 0.75 + ambient(normal) * 0.9;
+    let light = frame.sun_color * sun / PI * sun_visibility(in.world, 2.0) + ambient(normal) * 0.9;
     return vec4(through_air(albedo * light, in.world), 1.0);
 }

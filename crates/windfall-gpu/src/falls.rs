@@ -8,11 +8,11 @@
 
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
-use windfall_core::forest::Forest;
+use windfall_core::forest::{Forest, Frustum};
 use windfall_core::path::{FallSettings, PathSet, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -244,10 +244,11 @@ impl GpuFalls {
         }
     }
 
-    /// The uniforms of a moment.
-    pub fn frame(&self, clip_from_world: Mat4, time: f32, visible: u32) -> FallFrame {
-        let frustum = windfall_core::forest::Frustum::new(clip_from_world).planes();
-        FallFrame { frustum, time, visible_count: visible, ..self.frame }
+    /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
+    /// view.
+    pub fn frame(&self, frustum: &Frustum, time: f32, visible: u32, trees: u32) -> FallFrame {
+        let frustum = frustum.planes();
+        FallFrame { frustum, time, visible_count: visible, tree_count: trees, ..self.frame }
     }
 }
 

@@ -132,6 +132,7 @@ impl Scene {
             },
             time,
             season: self.season,
+            shadows: self.shadows,
         }
     }
 
