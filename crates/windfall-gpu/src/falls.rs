@@ -21,7 +21,7 @@ use windfall_core::wind::Wind;
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
 
-/// Words between the indirect arguments and the streams' counters (`shaders/falls.wgsl`).
+/// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 8;
 
 /// How leaves fall in a forest.
@@ -155,7 +155,7 @@ impl GpuFalls {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + TALLIES + plan.streams.len();
+        let words = 5 * plan.bins.len() + TALLIES;
         let counters = empty(
             "leaf counters",
             words as u64 * 4,
@@ -178,7 +178,11 @@ impl GpuFalls {
             &storage("shed lists", bytemuck::cast_slice(&list)),
             &storage("leaf records", bytemuck::cast_slice(&records.records)),
             &storage("models", bytemuck::cast_slice(models)),
-            &empty("leaf slots", slots * 32, wgpu::BufferUsages::COPY_SRC),
+            &empty(
+                "leaf slots",
+                slots * 32 + plan.streams.len() as u64 * 16,
+                wgpu::BufferUsages::empty(),
+            ),
             &drawn,
             &counters,
         ];
