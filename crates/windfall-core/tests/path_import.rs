@@ -20,7 +20,8 @@ fn csv(rows: usize) -> String {
     let mut out = String::from("time,x,y,z,qx,qy,qz,qw\n");
     for i in 0..rows {
         let (t, p, q) = key(i);
-        writeln!(out, "{t},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w).unwrap();
+        writeln!(out, "{t},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+            .expect("a string takes all");
     }
     out
 }
