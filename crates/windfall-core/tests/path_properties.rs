@@ -61,7 +61,7 @@ fn variation() -> impl Strategy<Value = Variation> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn falls_are_finite_continuous_and_end_on_the_ground(

@@ -113,16 +113,24 @@ impl PathTables {
                 tail,
             });
         }
-        // A cubic overshoots the chords between its samples: by half, in the worst case met.
+        // The slope of a Catmull-Rom cubic is at most twice the largest chord it is made of:
+        // 3/2 of its own and 1/4 of the tangent at either end.
         let (mut down, mut along) = (0.0f32, 0.0f32);
-        for pair in self.samples[first_sample as usize..].windows(2) {
-            let step = Vec3::from(pair[1].position) - Vec3::from(pair[0].position);
-            // Between a tail's end and the next tail's beginning is no step of any fall; counting
-            // some would only loosen the bound, counting all would make it useless.
-            if step.length() < 0.2 * path.drop().max(1.0) {
+        let mut measure = |samples: &[Sample], before: Option<&Sample>| {
+            for (a, b) in
+                before.into_iter().chain(samples).zip(samples.iter().skip(before.map_or(1, |_| 0)))
+            {
+                let step = Vec3::from(b.position) - Vec3::from(a.position);
                 down = down.max(-step.y);
                 along = along.max(step.with_y(0.0).length());
             }
+        };
+        let main = &self.samples[first_sample as usize..][..path.positions().len()];
+        measure(main, None);
+        for joint in &self.joints[first_joint as usize..] {
+            let length = (joint.from + 2 - joint.blend_start) as usize;
+            let tail = &self.samples[joint.tail as usize..][..length];
+            measure(tail, Some(&main[joint.blend_start as usize - 1]));
         }
         self.paths.push(PathRecord {
             first_sample,
@@ -131,8 +139,8 @@ impl PathTables {
             first_joint,
             joint_count: path.analysis().joints.len() as u32,
             rate: path.rate(),
-            fastest_down: (down * 1.5 * path.rate()).max(1e-3),
-            fastest_along: along * 1.5 * path.rate(),
+            fastest_down: (down * 2.0 * path.rate()).max(1e-3),
+            fastest_along: along * 2.0 * path.rate(),
         });
     }
 
