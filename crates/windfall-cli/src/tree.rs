@@ -5,9 +5,7 @@ use anyhow::{Context, bail};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use windfall_core::tree::species::Species;
-use windfall_core::tree::{ImportOptions, Tree, import};
-fn export_glb(_: &Tree) -> anyhow::Result<Vec<u8>> { bail!("later") }
-#[derive(serde::Serialize)] struct Inspection { leaves: usize } impl Inspection { fn new(t: &Tree) -> Self { Self { leaves: t.foliage.leaves.len() } } }
+use windfall_core::tree::{ImportOptions, Inspection, Tree, export_glb, import};
 
 /// Arguments of `windfall tree`.
 #[derive(clap::Args)]
@@ -94,7 +92,7 @@ pub fn read(path: &Path, leaves: &[String], height: Option<f32>) -> anyhow::Resu
 }
 
 fn inspect(tree: &Tree, json: bool) -> anyhow::Result<()> {
-    let facts = Inspection::new(tree);
+    let facts = Inspection::of(tree);
     let bytes_gpu = windfall_gpu::model_bytes(tree);
     let mut out = std::io::stdout().lock();
     let mut object = serde_json::to_value(&facts)?;

@@ -102,8 +102,8 @@ impl Shaper {
         let radius = piece.positions.iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
         let trials = self.index.get(&piece.indices)?;
         // Positive floats are ordered as their bits are.
-        let range = (number - 4.0 * TOLERANCE).max(0.0).to_bits()
-            ..=(number + 4.0 * TOLERANCE).to_bits();
+        let range =
+            (number - 4.0 * TOLERANCE).max(0.0).to_bits()..=(number + 4.0 * TOLERANCE).to_bits();
         trials.range(range).flat_map(|(_, shapes)| shapes).take(MOST_TRIALS).find_map(|&shape| {
             let model = &self.models[shape as usize];
             let same_uvs = model.piece.uvs.iter().zip(&piece.uvs);
@@ -164,8 +164,7 @@ fn ends(shape: &LeafShape) -> [Vec3; 2] {
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), p| (l.min(p.z), h.max(p.z)));
     let margin = (high - low) * 0.05;
     let middle = |chosen: &dyn Fn(f32) -> bool| {
-        let chosen: Vec<Vec3> =
-            shape.positions.iter().copied().filter(|p| chosen(p.z)).collect();
+        let chosen: Vec<Vec3> = shape.positions.iter().copied().filter(|p| chosen(p.z)).collect();
         mean(&chosen)
     };
     [middle(&|z| z <= low + margin), middle(&|z| z >= high - margin)]
@@ -216,15 +215,14 @@ fn fit(from: &[Vec3], from_middle: Vec3, to: &[Vec3], to_middle: Vec3) -> Option
         m *= m;
     }
     let columns = [m.x_axis, m.y_axis, m.z_axis, m.w_axis];
-    let main = columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    let main =
+        columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
     let main = main.try_normalize()?;
     let rotation = DQuat::from_xyzw(main.y, main.z, main.w, main.x);
     let along: f64 = from
         .iter()
         .zip(to)
-        .map(|(&a, &b)| {
-            (rotation * (a - from_middle).as_dvec3()).dot((b - to_middle).as_dvec3())
-        })
+        .map(|(&a, &b)| (rotation * (a - from_middle).as_dvec3()).dot((b - to_middle).as_dvec3()))
         .sum();
     let scale = (along / size) as f32;
     (scale.is_finite() && scale > 0.0).then(|| Similarity { rotation: rotation.as_quat(), scale })
@@ -259,7 +257,8 @@ impl Frame {
         // Second moments of area in the plane across `up`.
         let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
         for (i, area) in areas.iter().enumerate() {
-            let flat = corners(i).map(|p| glam::Vec2::new((p - center).dot(a), (p - center).dot(b)));
+            let flat =
+                corners(i).map(|p| glam::Vec2::new((p - center).dot(a), (p - center).dot(b)));
             let sum: glam::Vec2 = flat.iter().sum();
             let weight = area.length() / total;
             for v in flat.into_iter().chain([sum]) {

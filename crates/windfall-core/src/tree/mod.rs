@@ -1,9 +1,13 @@
 //! Tree models: wood and leaves, from a file or from a built-in species.
 
+mod export;
 mod import;
+mod inspect;
 pub mod species;
 
+pub use export::{ExportError, export_glb};
 pub use import::{ImportOptions, Resolve, import};
+pub use inspect::{Inspection, TextureInspection};
 
 use crate::foliage::Foliage;
 use glam::{Vec2, Vec3};

@@ -52,7 +52,9 @@ impl Component {
             (Self::U8, &[a]) => (f32::from(a), 255.0),
             (Self::I16, &[a, b]) => (f32::from(i16::from_le_bytes([a, b])), 32767.0),
             (Self::U16, &[a, b]) => (f32::from(u16::from_le_bytes([a, b])), 65535.0),
-            (Self::U32, &[a, b, c, d]) => (u32::from_le_bytes([a, b, c, d]) as f32, 4_294_967_295.0),
+            (Self::U32, &[a, b, c, d]) => {
+                (u32::from_le_bytes([a, b, c, d]) as f32, 4_294_967_295.0)
+            }
             (Self::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]),
             _ => (0.0, 1.0),
         };
@@ -81,9 +83,7 @@ trait Element: Copy {
 impl<const N: usize> Element for [f32; N] {
     fn read(bytes: &[u8], component: Component, normalized: bool) -> Self {
         let size = component.size() as usize;
-        std::array::from_fn(|i| {
-            component.number(&bytes[i * size..(i + 1) * size], normalized)
-        })
+        std::array::from_fn(|i| component.number(&bytes[i * size..(i + 1) * size], normalized))
     }
     const ZERO: Self = [0.0; N];
 }
@@ -125,11 +125,7 @@ impl<'a> Reader<'a> {
         Ok(self.accessor(index, place)?.0.count)
     }
 
-    fn accessor(
-        &self,
-        index: usize,
-        place: &str,
-    ) -> Result<(&'a Accessor, String), InputError> {
+    fn accessor(&self, index: usize, place: &str) -> Result<(&'a Accessor, String), InputError> {
         let accessors = &self.document.accessors;
         let accessor = accessors.get(index).ok_or_else(|| {
             let cause = format!("names accessor {index}, but there are {}", accessors.len());
@@ -202,8 +198,9 @@ impl<'a> Reader<'a> {
         here: &str,
         allowed: impl Fn(Component) -> bool,
     ) -> Result<Component, InputError> {
-        let component = Component::new(code)
-            .ok_or_else(|| self.error(here, Malformed, format!("component type {code} is unknown")))?;
+        let component = Component::new(code).ok_or_else(|| {
+            self.error(here, Malformed, format!("component type {code} is unknown"))
+        })?;
         if allowed(component) {
             Ok(component)
         } else {
@@ -230,7 +227,8 @@ impl<'a> Reader<'a> {
         if !self.unpacked.contains_key(&index) {
             #[cfg(not(target_arch = "wasm32"))]
             let bytes = {
-                let data = self.slice(packed.buffer, packed.byte_offset, packed.byte_length, &here)?;
+                let data =
+                    self.slice(packed.buffer, packed.byte_offset, packed.byte_length, &here)?;
                 super::meshopt::unpack(data, packed)
                     .map_err(|cause| self.error(&here, Malformed, cause))?
             };

@@ -74,7 +74,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
         };
         let Some(data) = bytes.get(at + 8..at + 8 + size as usize) else {
             let left = bytes.len().saturating_sub(at + 8);
-            let cause = format!("truncated: the chunk at byte {at} says {size} bytes, {left} are left");
+            let cause =
+                format!("truncated: the chunk at byte {at} says {size} bytes, {left} are left");
             return Err(("GLB chunk", Malformed, cause));
         };
         match kind {
@@ -211,7 +212,9 @@ mod tests {
 
     #[test]
     fn base64_decodes_the_examples_of_rfc_4648() {
-        for (text, bytes) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYmE", "fooba")] {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYmE", "fooba")]
+        {
             assert_eq!(base64(text).unwrap(), bytes.as_bytes());
         }
         assert_eq!(base64("Zm9*"), Err(3));

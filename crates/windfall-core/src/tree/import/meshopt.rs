@@ -48,7 +48,9 @@ pub(super) fn unpack(data: &[u8], packed: &Compressed) -> Result<Vec<u8>, String
         ("EXPONENTIAL", _) => {
             codec::decode_filter_exp::<1>(bytemuck::cast_slice_mut(&mut words));
         }
-        (filter, _) => return Err(format!("filter \"{filter}\" with stride {stride} is not known")),
+        (filter, _) => {
+            return Err(format!("filter \"{filter}\" with stride {stride} is not known"));
+        }
     }
     Ok(if packed.mode != "ATTRIBUTES" && stride == 2 {
         words.iter().flat_map(|&w| (w as u16).to_le_bytes()).collect()

@@ -64,8 +64,10 @@ impl Reader<'_> {
                 let at = format!("{here}, TEXCOORD_{}", look.uv_set);
                 let uvs = self.vectors::<2>(uvs, &at)?;
                 self.same_count(uvs.len(), positions.len(), &at)?;
-                let uvs: Vec<Vec2> =
-                    uvs.into_iter().map(|uv| look.uv_transform.transform_point2(uv.into())).collect();
+                let uvs: Vec<Vec2> = uvs
+                    .into_iter()
+                    .map(|uv| look.uv_transform.transform_point2(uv.into()))
+                    .collect();
                 if let Some(i) = uvs.iter().position(|uv| !uv.is_finite()) {
                     return Err(self.error(&at, NotFinite, format!("vertex {i} has {}", uvs[i])));
                 }
@@ -89,8 +91,9 @@ impl Reader<'_> {
             self.same_count(authored.len(), positions.len(), &at)?;
             // The cofactor matrix: the inverse transpose times the determinant, and defined also
             // where that is zero. The determinant's sign is taken out again.
-            let [x, y, z] = [world_from_node.x_axis, world_from_node.y_axis, world_from_node.z_axis]
-                .map(glam::Vec4::truncate);
+            let [x, y, z] =
+                [world_from_node.x_axis, world_from_node.y_axis, world_from_node.z_axis]
+                    .map(glam::Vec4::truncate);
             let sign = if mirrored { -1.0 } else { 1.0 };
             for (normal, n) in normals.iter_mut().zip(authored) {
                 let n = y.cross(z) * n[0] + z.cross(x) * n[1] + x.cross(y) * n[2];

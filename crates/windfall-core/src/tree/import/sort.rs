@@ -42,7 +42,11 @@ impl Found<'_> {
 }
 
 /// Decides which primitives are leaves: those that `names` say, or those that look like it.
-pub(super) fn sort(found: &mut [Found<'_>], names: &[String], file: &str) -> Result<(), InputError> {
+pub(super) fn sort(
+    found: &mut [Found<'_>],
+    names: &[String],
+    file: &str,
+) -> Result<(), InputError> {
     if let Some(name) = names.iter().find(|name| !found.iter().any(|f| f.is_named(name))) {
         let cause = format!("no node, mesh or material is named {}", quoted(name));
         return Err(no_leaves(found, file, &cause));
@@ -84,7 +88,8 @@ pub(super) fn no_leaves(found: &[Found<'_>], file: &str, why: &str) -> InputErro
     if found.len() > MOST_LISTED {
         cause += &format!("  and {} more\n", found.len() - MOST_LISTED);
     }
-    cause += "Say which of them are leaves with --leaves NAME, the name of a node, mesh or material.";
+    cause +=
+        "Say which of them are leaves with --leaves NAME, the name of a node, mesh or material.";
     InputError::new(file, "", Empty, cause)
 }
 
