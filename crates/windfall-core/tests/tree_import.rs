@@ -25,6 +25,10 @@ fn assert_usual(tree: &Tree) {
         assert!(up.distance(Vec3::Z) < 1e-3, "upper side {up}");
         assert!((leaf.scale - 1.0).abs() < 1e-3);
     }
+    for triangle in tree.foliage.shapes[0].indices.chunks_exact(3) {
+        let [a, b, c] = [0, 1, 2].map(|i| tree.foliage.shapes[0].positions[triangle[i] as usize]);
+        assert!((b - a).cross(c - a).y > 0.0, "every triangle faces the upper side");
+    }
 }
 
 #[test]

@@ -53,13 +53,13 @@ impl Shaper {
     pub fn add(&mut self, piece: Mesh, material: u32) {
         let middle = mean(&piece.positions);
         let number = invariant(&piece, middle);
-        let (shape, orientation, scale, center) = match self.find(&piece, middle, number) {
-            Some((shape, Similarity { rotation, scale })) => {
+        let found = self.find(&piece, middle, number);
+        let (shape, orientation, scale, center) =
+            if let Some((shape, Similarity { rotation, scale })) = found {
                 let Model { middle: model_middle, frame, .. } = &self.models[shape as usize];
                 let center = middle + rotation * (frame.center - model_middle) * scale;
                 (shape, rotation * frame.orientation, scale, center)
-            }
-            None => {
+            } else {
                 let shape = self.shapes.len() as u32;
                 let frame = Frame::of(&piece);
                 let trials = self.index.entry(piece.indices.clone()).or_default();
@@ -67,8 +67,7 @@ impl Shaper {
                 self.shapes.push(frame.shape(&piece));
                 self.models.push(Model { piece, middle, frame });
                 (shape, frame.orientation, 1.0, frame.center)
-            }
-        };
+            };
         self.leaves.push(Leaf {
             center,
             orientation: orientation.normalize(),
@@ -312,7 +311,7 @@ fn upright(piece: &Mesh) -> Vec3 {
 /// Points in a grid of cells, for the distance to the nearest.
 struct Points<'a> {
     cell: f32,
-    points: &'a [Vec3],
+    all: &'a [Vec3],
     cells: HashMap<[i32; 3], Vec<u32>>,
 }
 
@@ -323,7 +322,7 @@ impl<'a> Points<'a> {
         for (i, &point) in points.iter().enumerate() {
             cells.entry(Self::home(point, cell)).or_default().push(i as u32);
         }
-        Self { cell, points, cells }
+        Self { cell, all: points, cells }
     }
 
     fn home(point: Vec3, cell: f32) -> [i32; 3] {
@@ -339,7 +338,7 @@ impl<'a> Points<'a> {
                 self.cells.get(&std::array::from_fn(|i| home[i].saturating_add(cell[i] - 1)))
             })
             .flatten()
-            .map(|&i| self.points[i as usize].distance_squared(from))
+            .map(|&i| self.all[i as usize].distance_squared(from))
             .min_by(f32::total_cmp)
             .map(f32::sqrt)
     }

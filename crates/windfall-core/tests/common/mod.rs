@@ -1,5 +1,6 @@
 //! A small glTF tree that tests bend and break.
 #![allow(dead_code, reason = "every test file uses a part of it")]
+#![expect(clippy::unwrap_used, reason = "this is test code")]
 
 use serde_json::{Value, json};
 use windfall_core::InputError;

@@ -180,13 +180,11 @@ impl<'a> Reader<'a> {
             let bytes = span(bytes, sparse.values.byte_offset, sparse.count, size, size)
                 .map_err(|cause| out_of_range(&here, cause))?;
             for (&place, bytes) in places.iter().zip(bytes.chunks(size as usize)) {
-                match elements.get_mut(place as usize) {
-                    Some(element) => *element = read(bytes),
-                    None => {
-                        let cause = format!("replaces element {place} of {}", accessor.count);
-                        return Err(out_of_range(&here, cause));
-                    }
-                }
+                let Some(element) = elements.get_mut(place as usize) else {
+                    let cause = format!("replaces element {place} of {}", accessor.count);
+                    return Err(out_of_range(&here, cause));
+                };
+                *element = read(bytes);
             }
         }
         Ok(elements)

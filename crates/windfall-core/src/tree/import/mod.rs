@@ -27,6 +27,9 @@ use std::collections::BTreeMap;
 /// Triangles that a file may draw, over all its nodes: one mesh can be named by many.
 const MOST_TRIANGLES: u64 = 1 << 24;
 
+/// Primitives that a file may draw, over all its nodes: enough for a node per leaf.
+const MOST_PRIMITIVES: usize = 1 << 20;
+
 /// A foot nearer to the origin than this part of the tree's height stands where it should.
 const FOOT_TOLERANCE: f32 = 0.02;
 
@@ -158,6 +161,10 @@ impl<'a> Reader<'a> {
                     );
                     return Err(self.error(&place, OutOfRange, cause));
                 }
+                if found.len() >= MOST_PRIMITIVES {
+                    let cause = format!("the scene draws more than {MOST_PRIMITIVES} primitives");
+                    return Err(self.error(&here, OutOfRange, cause));
+                }
                 if count > 0 {
                     let material = primitive.material.and_then(|m| document.materials.get(m));
                     found.push(Found {
@@ -215,17 +222,16 @@ impl<'a> Reader<'a> {
         let mut known: BTreeMap<(Option<usize>, bool), (u32, material::Look)> = BTreeMap::new();
         for part in found {
             let key = (part.primitive.material, part.leaves);
-            let (slot, look) = match known.get(&key) {
-                Some(known) => known.clone(),
-                None => {
-                    let look = self.look(part.primitive.material, &part.place)?;
-                    let list: &mut Vec<Material> =
-                        if part.leaves { &mut leaf_materials } else { &mut wood.materials };
-                    list.push(look.material.clone());
-                    let entry = (list.len() as u32 - 1, look);
-                    known.insert(key, entry.clone());
-                    entry
-                }
+            let (slot, look) = if let Some(known) = known.get(&key) {
+                known.clone()
+            } else {
+                let look = self.look(part.primitive.material, &part.place)?;
+                let list: &mut Vec<Material> =
+                    if part.leaves { &mut leaf_materials } else { &mut wood.materials };
+                list.push(look.material.clone());
+                let entry = (list.len() as u32 - 1, look);
+                known.insert(key, entry.clone());
+                entry
             };
             let mesh = self.mesh(part.primitive, &look, part.world_from_node, &part.place)?;
             if part.leaves {
@@ -294,7 +300,7 @@ fn local(node: &Node) -> Mat4 {
     }
     let rotation = Quat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
     // Forgiving: writers round quaternions; one of no length at all is no rotation.
-    let rotation = if rotation.length_squared() > 1e-12 && rotation.is_finite() {
+    let rotation = if (1e-12..1e12).contains(&rotation.length_squared()) {
         rotation.normalize()
     } else {
         Quat::IDENTITY

@@ -50,8 +50,7 @@ impl Reader<'_> {
                 return Err(self.error(&at, NotFinite, cause));
             }
             let moved = world_from_node.transform_point3(*position);
-            // The negation also catches a NaN.
-            if !(moved.abs().max_element() <= FARTHEST) {
+            if !moved.is_finite() || moved.abs().max_element() > FARTHEST {
                 let cause = format!("vertex {i}, moved by its node, is at {moved}: too far away");
                 return Err(self.error(&at, OutOfRange, cause));
             }

@@ -6,6 +6,7 @@ use crate::InputErrorKind::Empty;
 use crate::error::InputError;
 use glam::Mat4;
 use std::collections::BTreeSet;
+use std::fmt::Write;
 
 /// Primitives that an error lists before it only counts them.
 const MOST_LISTED: usize = 40;
@@ -77,8 +78,9 @@ pub(super) fn no_leaves(found: &[Found<'_>], file: &str, why: &str) -> InputErro
     let mut cause = format!("no leaves: {why}. The primitives are:\n");
     let name = |name: Option<&str>| name.map_or("(unnamed)".to_string(), quoted);
     for part in found.iter().take(MOST_LISTED) {
-        cause += &format!(
-            "  node {}, mesh {}, material {}: {} triangles\n",
+        let _ = writeln!(
+            cause,
+            "  node {}, mesh {}, material {}: {} triangles",
             name(part.node),
             name(part.mesh),
             name(part.material),
@@ -86,7 +88,7 @@ pub(super) fn no_leaves(found: &[Found<'_>], file: &str, why: &str) -> InputErro
         );
     }
     if found.len() > MOST_LISTED {
-        cause += &format!("  and {} more\n", found.len() - MOST_LISTED);
+        let _ = writeln!(cause, "  and {} more", found.len() - MOST_LISTED);
     }
     cause +=
         "Say which of them are leaves with --leaves NAME, the name of a node, mesh or material.";
