@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use windfall_core::tree::Tree;
@@ -154,7 +154,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     progress.finish_and_clear();
     if args.json {
         let report = Report { adapter: gpu.adapter, size: scene.size, frames: reports };
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
 }
