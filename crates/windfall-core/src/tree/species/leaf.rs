@@ -26,20 +26,24 @@ pub(super) fn blades(leaves: &Leaves, rng: &Rng) -> Vec<Blade> {
 fn blade(leaves: &Leaves, rng: &mut Rng) -> Blade {
     let Outline { midrib, edge, fold, curl } = leaves.outline;
     let mid = midrib.len();
-    // The flat leaf: midrib, right edge, left edge, and the two ends of the petiole at the twig.
+    // The flat leaf: midrib, right edge, left edge, and the petiole's two corners at the twig.
     let mut flat: Vec<Vec2> = midrib.iter().map(|&z| Vec2::new(0.0, z)).collect();
     flat.extend(edge.iter().map(|&[x, z]| Vec2::new(x, z)));
     flat.extend(edge.iter().map(|&[x, z]| Vec2::new(-x, z)));
-    let far = midrib[0] - leaves.petiole;
-    flat.extend([Vec2::new(PETIOLE, far), Vec2::new(-PETIOLE, far)]);
     let blade_points = mid + 2 * edge.len();
+    if leaves.petiole > 0.0 {
+        let far = midrib[0] - leaves.petiole;
+        flat.extend([Vec2::new(PETIOLE, far), Vec2::new(-PETIOLE, far)]);
+    }
 
     let half: Vec<u32> = (mid..mid + edge.len()).chain((0..mid).rev()).map(|i| i as u32).collect();
     let right = triangulate(&flat, &half);
     let mirror = |i: u32| if i < mid as u32 { i } else { i + edge.len() as u32 };
     let left = right.iter().map(|&[a, b, c]| [mirror(a), mirror(c), mirror(b)]);
     let mut triangles: Vec<[u32; 3]> = right.iter().copied().chain(left).collect();
-    triangles.push([blade_points as u32, blade_points as u32 + 1, 0]);
+    if leaves.petiole > 0.0 {
+        triangles.push([blade_points as u32, blade_points as u32 + 1, 0]);
+    }
     for t in &mut triangles {
         let [a, b, c] = t.map(|i| flat[i as usize]);
         // With X to the right and Z ahead, the upper side (+Y) sees this sign counter-clockwise.
@@ -96,7 +100,10 @@ fn blade(leaves: &Leaves, rng: &mut Rng) -> Blade {
         .iter()
         .map(|p| Vec2::new(0.5 + 0.5 * p.x / width, ((p.y - low) / (high - low)).max(0.0)))
         .collect();
-    let stalk = (positions[blade_points] + positions[blade_points + 1]) * 0.5;
+    let stalk = match positions[blade_points..] {
+        [a, b] => (a + b) * 0.5,
+        _ => positions[0],
+    };
     let indices = triangles.into_iter().flatten().collect();
     Blade { shape: LeafShape { positions, normals, uvs, indices }, stalk }
 }
@@ -158,8 +165,7 @@ pub(super) fn place(
         .map(|(s, from)| (s, from, s.length * (1.0 - from)))
         .collect();
     let total: f32 = twigs.iter().map(|t| t.2).sum();
-    let middle =
-        twigs.iter().map(|t| t.0.at(1.0).point).sum::<Vec3>() / twigs.len().max(1) as f32;
+    let middle = twigs.iter().map(|t| t.0.at(1.0).point).sum::<Vec3>() / twigs.len().max(1) as f32;
     let scale = leaves.enlarge_for(count);
     let nodes = count.div_ceil(leaves.per_node);
     let mut placed = Vec::with_capacity(count as usize);
@@ -185,10 +191,9 @@ pub(super) fn place(
             let tip = free.lerp(Vec3::NEG_Y, leaves.droop * rng.range(0.6, 1.2)) + scatter * 0.12;
             let tip = tip.normalize_or(free);
             let scatter = Vec3::new(rng.normal(), rng.normal(), rng.normal());
-            let light = Vec3::Y + outward * 0.8 + scatter * leaves.scatter;
+            let light = Vec3::Y + outward * 1.2 + scatter * leaves.scatter;
             let up = (light - tip * light.dot(tip)).normalize_or(tip.any_orthonormal_vector());
-            let orientation =
-                Quat::from_mat3(&Mat3::from_cols(up.cross(tip), up, tip)).normalize();
+            let orientation = Quat::from_mat3(&Mat3::from_cols(up.cross(tip), up, tip)).normalize();
             let shape = rng.below(blades.len() as u32);
             let size = scale * rng.range(0.75, 1.2);
             placed.push(Leaf {

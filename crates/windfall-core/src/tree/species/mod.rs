@@ -85,7 +85,7 @@ pub struct LeafFacts {
     pub length: f32,
     /// Greatest width of the blade over its length.
     pub aspect: f32,
-    /// One-sided area of the blade, square metres.
+    /// One-sided area of the leaf with its petiole, square metres.
     pub area: f32,
     /// Dry mass per area, kg/m²: 0.051-0.089 by species.
     pub areal_density: f32,
@@ -130,6 +130,12 @@ impl Species {
     /// `vertices`. Wood is not simplified: below its own count the tree is bare.
     pub fn grow_to(self, seed: u32, vertices: usize) -> Tree {
         grow_to(&self.params(), seed, vertices)
+    }
+
+    /// A tree of this species with `count` leaves, whose size makes up for their number
+    /// ([`params::Leaves::enlarge_for`]).
+    pub fn grow_with(self, seed: u32, count: u32) -> Tree {
+        build(&self.params(), seed, |_, _| count)
     }
 
     /// Facts about the real leaf.

@@ -47,7 +47,7 @@ pub struct Trunk {
     pub lean: f32,
     /// Root flare: share by which the foot is wider, 0 and up.
     pub flare: f32,
-    /// Segments along and around.
+    /// Segments along and around; at least 1 and 3.
     pub mesh: [u32; 2],
 }
 
@@ -92,7 +92,7 @@ pub struct Leaves {
     pub enlarge: f32,
     /// Leaves at one node of the twig: 1 alternate, 2 opposite, more on spurs.
     pub per_node: u32,
-    /// Petiole in lengths of the blade.
+    /// Petiole in lengths of the blade; 0 draws none.
     pub petiole: f32,
     /// Angle between leaf and twig, degrees.
     pub angle: f32,

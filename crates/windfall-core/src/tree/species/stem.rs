@@ -8,19 +8,23 @@ use std::f32::consts::{PI, TAU};
 
 /// The trunk starts this deep in the ground, metres, so that it floats on no slope.
 const DEPTH: f32 = 0.35;
+/// Branches level out where they would come lower than this above the trunk's foot, metres.
+const CLEARANCE: f32 = 1.8;
 /// The golden angle: successive stems shade each other least.
 pub(super) const GOLDEN: f32 = 2.399_963_2;
 /// Radius of the thinnest stem, metres: thinner ones would shimmer on any screen.
 const THINNEST: f32 = 0.003;
+/// Greatest radius of a stem over its parent's there: with the collar it still hides its open foot.
+const STOUTEST: f32 = 0.68;
 /// Stems whose foot is thinner than this radius, metres, have no bark yet.
-const BARE: f32 = 0.02;
+const BARE: f32 = 0.03;
 
 /// One stem: its axis, and its radius at every point of it.
 pub(super) struct Stem {
     pub points: Vec<Vec3>,
     pub radii: Vec<f32>,
     pub length: f32,
-    /// Height of the flare's lobes over the first points; 0 for all but the trunk.
+    /// Root flare, as the trunk's; 0 for all others.
     flare: f32,
     sides: u32,
     /// 0 for the trunk.
@@ -80,20 +84,22 @@ fn trunk(trunk: &Trunk, rng: &mut Rng) -> Stem {
     let lean = trunk.lean.to_radians() * rng.normal().clamp(-2.0, 2.0);
     let azimuth = rng.range(0.0, TAU);
     let start = Vec3::new(azimuth.cos() * lean, 1.0, azimuth.sin() * lean).normalize_or(Vec3::Y);
-    let segments = trunk.mesh[0];
-    // Short steps at the foot, where the flare turns.
-    let share = |i: u32| {
-        let t = i as f32 / segments as f32;
-        0.35 * t * t + 0.65 * t
-    };
-    let steps = (0..segments).map(|i| (share(i + 1) - share(i)) * length);
+    let segments = trunk.mesh[0].max(1);
+    let share = |i: u32| share(i as f32 / segments as f32, 0.7);
+    let steps: Vec<f32> = (0..segments).map(|i| (share(i + 1) - share(i)) * length).collect();
     let points =
-        wander(Vec3::NEG_Y * DEPTH, start, steps, [0.35, 0.35], trunk.wander, f32::MIN, rng);
+        wander(Vec3::NEG_Y * DEPTH, start, &steps, [0.35, 0.35], trunk.wander, f32::MIN, rng);
     let radii = (0..=segments)
         .map(|i| trunk.radius * size * tapered(share(i), trunk.taper))
         .map(|r| r.max(THINNEST))
         .collect();
-    Stem { points, radii, length, flare: trunk.flare, sides: trunk.mesh[1], level: 0 }
+    Stem { points, radii, length, flare: trunk.flare, sides: trunk.mesh[1].max(3), level: 0 }
+}
+
+/// Where along a stem the ring at a share of all rings lies: closer at the foot, where the stem
+/// swells, the more so the greater `crowding`, `0..1`.
+fn share(t: f32, crowding: f32) -> f32 {
+    crowding * t * t + (1.0 - crowding) * t
 }
 
 /// Share of the foot's radius that is left at a share of the length.
@@ -119,31 +125,34 @@ fn bear(parent: &Stem, level: &Level, depth: usize, rng: &mut Rng) -> Vec<Stem> 
             let out = sideways(place.heading, azimuth, level.flat, i % 2 == 0);
             let heading = place.heading * angle.cos() + out * angle.sin();
             let radius = parent.radii[0] * (length / parent.length).powf(level.power);
-            let radius = radius.min(place.radius * 0.82).max(THINNEST);
-            stem(place.point, heading, length.max(0.08), radius, level, depth, rng)
+            let radius = radius.min(place.radius * STOUTEST).max(THINNEST);
+            let length = length.max(0.08);
+            let collar = |s: f32| 0.3 * (-(s - place.radius).max(0.0) / (2.0 * radius)).exp();
+            let steps = level.mesh[0].max(1);
+            let share = |i: u32| share(i as f32 / steps as f32, 0.4);
+            let walk: Vec<f32> = (0..steps).map(|i| (share(i + 1) - share(i)) * length).collect();
+            Stem {
+                points: wander(
+                    place.point,
+                    heading,
+                    &walk,
+                    level.lift,
+                    level.wander,
+                    CLEARANCE,
+                    rng,
+                ),
+                // A stem is wider where it leaves its parent.
+                radii: (0..=steps)
+                    .map(|i| tapered(share(i), level.taper) + collar(share(i) * length))
+                    .map(|r| (r * radius).max(THINNEST * 0.7))
+                    .collect(),
+                length,
+                flare: 0.0,
+                sides: level.mesh[1].max(3),
+                level: depth,
+            }
         })
         .collect()
-}
-
-fn stem(
-    foot: Vec3,
-    heading: Vec3,
-    length: f32,
-    radius: f32,
-    level: &Level,
-    depth: usize,
-    rng: &mut Rng,
-) -> Stem {
-    let [segments, sides] = level.mesh;
-    let steps = (0..segments).map(|_| length / segments as f32);
-    let points = wander(foot, heading, steps, level.lift, level.wander, 1.4, rng);
-    let radii = (0..=segments)
-        .map(|i| i as f32 / segments as f32)
-        // The collar: a stem is wider where it leaves its parent.
-        .map(|t| radius * (tapered(t, level.taper) + 0.25 * (-t * length / (3.0 * radius)).exp()))
-        .map(|r| r.max(THINNEST * 0.7))
-        .collect();
-    Stem { points, radii, length, flare: 0.0, sides, level: depth }
 }
 
 /// A unit vector square to `heading`: at `azimuth` around it, or flattened to left and right.
@@ -162,22 +171,23 @@ pub(super) fn sideways(heading: Vec3, azimuth: f32, flat: f32, left: bool) -> Ve
 fn wander(
     foot: Vec3,
     heading: Vec3,
-    steps: impl ExactSizeIterator<Item = f32>,
+    steps: &[f32],
     lift: [f32; 2],
     degrees: f32,
     clearance: f32,
     rng: &mut Rng,
 ) -> Vec<Vec3> {
     let count = steps.len() as f32;
+    let mean = steps.iter().sum::<f32>() / count;
     let (mut point, mut heading, mut wobble) = (foot, heading, Vec3::ZERO);
     let mut points = vec![foot];
-    for (i, step) in steps.enumerate() {
+    for (i, &step) in steps.iter().enumerate() {
         let t = i as f32 / count;
         if i > 0 {
             heading += Vec3::Y * (lerp(lift[0], lift[1], t) / count);
             let kick = Vec3::new(rng.normal(), rng.normal(), rng.normal()).clamp_length_max(2.2);
             // A mean-reverting walk (Ornstein & Uhlenbeck): kinks, but no straying.
-            wobble = wobble * 0.55 + kick * (degrees.to_radians() * 0.6);
+            wobble = wobble * 0.55 + kick * (degrees.to_radians() * 0.6 * (step / mean).sqrt());
         }
         if point.y < clearance && heading.y < 0.0 {
             heading.y *= 0.3;
