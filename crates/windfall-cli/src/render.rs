@@ -128,6 +128,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
     let painter = Painter::new(&gpu, &stage, scene.size);
+    gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
@@ -302,6 +303,7 @@ impl Painter {
         gpu.profiler.end_frame().context("timers")?;
         capture.map();
         gpu.wait()?;
+        gpu.check()?;
         let rgba = capture.take().context("the picture did not arrive")??;
         let report = FrameReport {
             frame,

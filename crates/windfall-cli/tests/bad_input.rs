@@ -78,7 +78,7 @@ fn bad_scene_files_are_named_with_the_place() {
     std::fs::create_dir(place.path("folder.ron")).unwrap();
     place.write("unknown.ron", SCENE.replace("count: 4", "count: 4, clouds: 3"));
     place.write("version.ron", SCENE.replace("version: 1", "version: 9"));
-    place.write("nan.ron", SCENE.replace("fps: 10", "fps: nan"));
+    place.write("nan.ron", SCENE.replace("fps: 10", "fps: NaN"));
     place.write("species.ron", SCENE.replace("File(\"tiny.glb\")", "Species(\"pine\")"));
     place.write("truncated.ron", &SCENE[..SCENE.len() / 2]);
     let cases: [(&str, &[&str]); 9] = [
@@ -116,6 +116,29 @@ fn numbers_out_of_range_are_refused_with_the_range() {
         ("--tree tiny.glb --palette pine", ["palette", "pine"]),
     ] {
         place.fail(1, &format!("render small.ron {arguments} --out out.png"), &words);
+    }
+}
+
+/// 16384² pixels are within most devices' limits, and take 14 GB.
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_said() {
+    let place = Place::new();
+    // A software device has the memory that the process has: 6 GB here.
+    let program = env!("CARGO_BIN_EXE_windfall");
+    let output = std::process::Command::new("sh")
+        .args(["-c", "ulimit -v 6000000; exec \"$@\"", "sh", program])
+        .args(["render", "small.ron", "--trees", "0", "--size", "16384x16384", "--out", "a.png"])
+        .current_dir(place.path(""))
+        .env("XDG_RUNTIME_DIR", place.path(""))
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    // A graphics card with its own 16 GB may well draw it.
+    if !output.status.success() {
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains("too little memory"), "{stderr}");
+        assert!(!place.path("a.png").exists());
     }
 }
 

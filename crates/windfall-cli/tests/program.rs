@@ -20,7 +20,7 @@ fn wrong_usage_ends_with_2() {
         "tree export oak",
         "completions tcsh-of-old",
     ] {
-        place.fail(2, arguments, &["Usage"]);
+        place.fail(2, arguments, &["--help"]);
     }
 }
 
@@ -142,6 +142,7 @@ fn a_reader_that_stops_listening_is_no_failure() {
         let output = Command::new(env!("CARGO_BIN_EXE_windfall"))
             .args(arguments)
             .current_dir(place.path(""))
+            .env("XDG_RUNTIME_DIR", place.path(""))
             .stdout(writer)
             .stderr(Stdio::piped())
             .output()

@@ -119,12 +119,7 @@ fn masked() -> Tree {
 
 fn check(name: &str, (trees, forest): (Vec<Tree>, Forest), view: &View) {
     let rgba = paint(&trees, &forest, view);
-    Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(
-        name,
-        SIZE,
-        &rgba,
-        Tolerance::default(),
-    );
+    Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(name, SIZE, &rgba, Tolerance::default());
 }
 
 #[test]

@@ -36,7 +36,8 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
     .place(Terrain::rolling(300.0, 2.0, 7), &[1.0]);
 
     // The device is the host's.
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let instance =
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapter = block_on(instance.request_adapter(&Default::default()))?;
     let (device, queue) = block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         required_limits: adapter.limits(),

@@ -31,9 +31,9 @@ fn faults(source: &str) -> Vec<(usize, &'static str, &'static str)> {
         }
         let code = line.split("//").next().unwrap_or("");
         for (word, why) in BANNED {
-            let starts = code.match_indices(word).any(|(at, _)| {
-                !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')
-            });
+            let starts = code
+                .match_indices(word)
+                .any(|(at, _)| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
             if starts {
                 faults.push((number + 1, word, why));
             }

@@ -25,9 +25,8 @@ fn a_tree_file_becomes_a_forest_between_sky_and_ground() {
     // Blue at least as strong as red, and bright: sky. Red over blue: earth, litter and autumn.
     let sky = share(0..height / 20, |p| p[2] >= p[0] && p[2] > 90);
     let ground = share(height * 19 / 20..height, |p| p[0] >= p[2] && p[1] < 220);
-    let leaves = share(height / 3..height * 2 / 3, |p| {
-        i32::from(p[0].max(p[1])) > 60 + i32::from(p[2])
-    });
+    let leaves =
+        share(height / 3..height * 2 / 3, |p| i32::from(p[0].max(p[1])) > 60 + i32::from(p[2]));
     assert!(sky > 0.3, "sky {sky}");
     assert!(ground > 0.7, "ground {ground}");
     assert!(leaves > 0.1, "leaves {leaves}");
