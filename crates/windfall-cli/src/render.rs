@@ -258,8 +258,14 @@ struct Painter {
 impl Painter {
     fn new(gpu: &Gpu, stage: &Stage, (width, height): (u32, u32)) -> Self {
         let renderer = Renderer::new(&gpu.device, FORMAT);
-        let forest =
-            GpuForest::new(&gpu.device, &gpu.queue, &renderer, &stage.trees, &stage.forest);
+        let forest = GpuForest::with_falls(
+            &gpu.device,
+            &gpu.queue,
+            &renderer,
+            &stage.trees,
+            &stage.forest,
+            &stage.falls,
+        );
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },

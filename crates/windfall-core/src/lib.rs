@@ -14,6 +14,7 @@
 //! | [`path`] | fall paths: import, analysis, playback |
 //! | [`flight`] | flight simulation: where built-in paths come from |
 //! | [`wind`] | wind whose displacement is known in closed form |
+//! | [`shed`] | when leaves detach |
 //! | [`rng`] | the counter-based hash shared with the shaders |
 #![deny(missing_docs)]
 
@@ -23,6 +24,7 @@ pub mod foliage;
 pub mod forest;
 pub mod path;
 pub mod rng;
+pub mod shed;
 pub mod tree;
 pub mod wind;
 

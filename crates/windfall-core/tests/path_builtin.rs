@@ -1,9 +1,10 @@
 //! The built-in paths: what they promise, and that they are what the command makes.
 
 use windfall_core::flight::presets;
-use windfall_core::path::{PathSet, builtin};
+use windfall_core::glam::{Quat, Vec3};
+use windfall_core::path::{PathSet, PathTables, analysis, builtin};
 
-/// Writes the asset, for want of the program: `cargo test --test path_builtin -- --ignored`.
+/// Writes the asset without the program: `cargo test --release --test path_builtin -- --ignored`.
 #[test]
 #[ignore = "writes the asset"]
 fn regenerate() {
@@ -13,23 +14,80 @@ fn regenerate() {
             paths.push(builtin::simulate(preset, i).unwrap());
         }
     }
-    for p in &paths {
-        let a = p.analysis();
-        let j = &a.joints[0];
-        println!(
-            "{:8} descent {:.2} starts {} joints {} raw v {:.3} q {:.3} w {:.3} blended {:?} blend {}",
-            p.name(),
-            p.descent(),
-            a.starts.len(),
-            a.joints.len(),
-            j.raw.velocity,
-            j.raw.orientation,
-            j.raw.angular_velocity,
-            j.blended,
-            j.blend
-        );
-    }
     let bytes = PathSet::new(paths).unwrap().to_bytes();
     println!("{} bytes", bytes.len());
     std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/paths.bin"), bytes).unwrap();
+}
+
+#[test]
+fn every_species_has_its_paths_and_they_are_small() {
+    let set = PathSet::builtin();
+    for preset in &presets::ALL {
+        let group = set.group(preset.name).unwrap();
+        assert_eq!(set.tables().groups[group as usize][1], builtin::PER_SPECIES);
+    }
+    assert!(set.to_bytes().len() < 150_000);
+}
+
+/// Simulates one path again. Its beginning must be the asset's to a micrometre or two; later the
+/// last digits of another processor's sines may have grown, for falls are chaotic.
+#[test]
+fn the_asset_is_what_the_command_makes() {
+    let set = PathSet::builtin();
+    let preset = presets::find("samara").unwrap();
+    let again = builtin::simulate(preset, 0).unwrap();
+    let stored =
+        &set.paths()[set.tables().groups[set.group("samara").unwrap() as usize][0] as usize];
+    assert_eq!(stored.rate(), again.rate());
+    assert_eq!(stored.positions().len(), again.positions().len());
+    for i in 0..60 {
+        assert!((stored.positions()[i] - again.positions()[i]).length() < 1e-4, "sample {i}");
+        assert!(analysis::angle(stored.orientations()[i], again.orientations()[i]) < 1e-3);
+    }
+}
+
+/// Position, velocity, orientation and angular velocity on both sides of every joint, by one-sided
+/// differences on the curve that is played, as fine as `f32` allows, in double precision.
+#[test]
+fn joints_cannot_be_seen() {
+    let set = PathSet::builtin();
+    let tables = set.tables();
+    for (path, record) in set.paths().iter().zip(&tables.paths) {
+        let mean_speed = path.positions().windows(2).map(|w| (w[1] - w[0]).length()).sum::<f32>()
+            / path.duration();
+        let turn_of = |a: Quat, b: Quat| (b * a.conjugate()).to_scaled_axis();
+        let q = path.orientations();
+        let mean_spin =
+            q.windows(2).map(|w| turn_of(w[0], w[1]).length()).sum::<f32>() / path.duration();
+        for (k, stored) in path.analysis().joints.iter().enumerate() {
+            let joint = &tables.joints[record.first_joint as usize + k];
+            let turn = stored.rotation();
+            let at = |u: f32| tables.curve(record, joint, u);
+            let (from, to) = (joint.from as f32, joint.to as f32);
+            // Second-order one-sided differences over an eighth of a sample.
+            let e = 0.125;
+            let [b2, b1, b0] = [2.0, 1.0, 0.0].map(|n| at(from - n * e));
+            let [a0, a1, a2] = [0.0, 1.0, 2.0].map(|n| at(to + n * e));
+            let lap = Vec3::from(joint.lap);
+            assert!((b0.position - a0.position - lap).length() < 1e-4);
+            let rate = path.rate() / e;
+            let before = (b0.position * 3.0 - b1.position * 4.0 + b2.position) * 0.5 * rate;
+            let after = (a1.position * 4.0 - a0.position * 3.0 - a2.position) * 0.5 * rate;
+            let velocity = (turn * after - before).length() / mean_speed;
+            assert!(velocity < 0.02, "{} joint {k}: velocity {velocity}", path.name());
+            let orientation = analysis::angle(b0.orientation, turn * a0.orientation);
+            assert!(orientation < 0.5f32.to_radians());
+            let spin = |near: Quat, next: Quat, far: Quat| {
+                (turn_of(near, next) * 4.0 - turn_of(near, far)) * 0.5 * rate
+            };
+            let before = -spin(b0.orientation, b1.orientation, b2.orientation);
+            let after = turn * spin(a0.orientation, a1.orientation, a2.orientation);
+            let spin = (after - before).length() / mean_spin.max(1.0);
+            assert!(spin < 0.05, "{} joint {k}: angular velocity {spin}", path.name());
+            // What is stored says the same.
+            let gap = stored.blended;
+            assert!(gap.position < 1e-4 && gap.velocity < 0.02 && gap.angular_velocity < 0.05);
+            assert_eq!(PathTables::index(record, joint, joint.blend_start), joint.tail as usize);
+        }
+    }
 }

@@ -26,38 +26,64 @@ struct Varyings {
     @location(6) @interpolate(flat) ambient: f32,
 }
 
-// Colour of a leaf in the season, before light. Textured leaves are multiplied by it.
-fn leaf_color(tree: Tree, leaf: u32, height: f32, surface: Surface) -> vec3<f32> {
-    let key = hash(tree.seed, leaf);
-    let brightness = 0.82 + 0.36 * unit(hash(key, 1u));
-    if model.palette_count == 0u {
-        return surface.base_color * brightness;
-    }
-    // The top of the crown turns first; each tree and each leaf has its own time.
-    let own = (unit(hash(key, 0u)) + unit(hash(key, 2u)) - 1.0) * model.palette_spread;
-    let high = (height / model.crown_extent.y) * 0.12;
-    let phase = clamp(frame.season + tree.turn_season.z + own + high, 0.0, 1.0);
-    let x = phase * f32(model.palette_count - 1u);
-    let i = min(u32(x), model.palette_count - 2u);
-    let turned = mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
-    return turned * brightness;
-}
+// Behind the camera: nothing of it is drawn.
+const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
 
 @vertex
 fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
-    let material = in.material_shed >> 24u;
     var out: Varyings;
+    out.clip = NOWHERE;
+    if (in.material_shed & 0xffffffu) < tree.seed_detached.y {
+        return out; // in the air or on the ground
+    }
     out.world = world_from_tree(tree, in.center + in.offset_ambient.xyz);
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.normal = turn(tree, in.normal.xyz);
     out.bent_normal = turn(tree, in.bent_normal.xyz);
     out.uv = in.uv;
-    let height = in.center.y - model.crown_center.y;
-    out.color = leaf_color(tree, in.leaf, height, surfaces[material]);
-    out.material = material;
+    let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
+    let season = leaf_season(tree.seed_detached.x, tree.turn_season.z, in.leaf, high, model.palette_spread);
+    out.color = vec3(season.brightness);
+    if model.palette_count > 0u {
+        let x = season.phase * f32(model.palette_count - 1u);
+        let i = min(u32(x), model.palette_count - 2u);
+        out.color *= mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
+    }
+    out.material = in.material_shed >> 24u;
     // Deep in the crown less of the sky is seen.
     let inside = length((in.center - model.crown_center) / model.crown_extent);
     out.ambient = in.offset_ambient.w * mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
+    return out;
+}
+
+// A leaf in the air or on the ground: the shape's vertices, and one LooseLeaf per instance.
+struct LooseVertex {
+    @location(0) position: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(3) place_scale: vec4<f32>,
+    @location(4) orientation: vec4<f32>,
+    @location(5) color_ambient: vec4<f32>,
+    @location(6) look: u32,
+}
+
+@vertex
+fn loose(in: LooseVertex) -> Varyings {
+    let q = normalize(in.orientation);
+    var out: Varyings;
+    let t = 2.0 * cross(q.xyz, in.position.xyz);
+    let turned = in.position.xyz + q.w * t + cross(q.xyz, t);
+    out.world = in.place_scale.xyz + turned * in.place_scale.w;
+    out.clip = frame.clip_from_world * vec4(out.world, 1.0);
+    let n = 2.0 * cross(q.xyz, in.normal.xyz);
+    out.normal = in.normal.xyz + q.w * n + cross(q.xyz, n);
+    let look = unpack4x8snorm(in.look);
+    // The crown's bent normal on the twig; in the air light comes from above.
+    out.bent_normal = mix(from_octahedral(look.yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(in.look).w);
+    out.uv = in.uv;
+    out.color = in.color_ambient.rgb * in.color_ambient.rgb * 2.0;
+    out.material = in.look & 0xffu;
+    out.ambient = in.color_ambient.w;
     return out;
 }
 
@@ -66,7 +92,8 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let view = normalize(frame.eye - in.world);
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, view) >= 0.0);
-    let bent = normalize(in.bent_normal);
+    // Opposite normals may cancel: a nudge keeps the sum from being nothing.
+    let bent = normalize(in.bent_normal + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
     // Share of the sun that reaches this depth of the crown from its side.
     let reach = mix(0.25, 1.0, smoothstep(-0.7, 0.6, dot(bent, sun))) * mix(0.5, 1.0, in.ambient);
@@ -78,14 +105,14 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let half_way = normalize(view + sun);
     let gloss = 0.04 * pow(max(dot(normal, half_way), 0.0), 24.0) * step(0.0, facing);
     let direct = frame.sun_color * reach * (albedo * reflected / PI + through / PI + gloss);
-    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.5))) * in.ambient;
+    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.45))) * in.ambient;
     return direct + indirect;
 }
 
 @fragment
 fn solid(in: Varyings) -> @location(0) vec4<f32> {
-    var albedo = in.color;
     let surface = surfaces[in.material];
+    var albedo = tinted(in.color, surface);
     if surface.layer >= 0 {
         albedo = textured(in, surface).rgb;
     } else {
@@ -97,10 +124,14 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
     return vec4(through_air(leaf_radiance(in, albedo), in.world), 1.0);
 }
 
+fn tinted(color: vec3<f32>, surface: Surface) -> vec3<f32> {
+    return select(color, color * surface.base_color, model.palette_count == 0u);
+}
+
 fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
     let texel = textureSample(pictures, picture_sampler, in.uv, surface.layer);
     if model.palette_count == 0u {
-        return vec4(in.color * texel.rgb, texel.a);
+        return vec4(tinted(in.color, surface) * texel.rgb, texel.a);
     }
     // Keep the picture's light and dark, take the season's colour.
     let light = dot(texel.rgb, vec3(0.2126, 0.7152, 0.0722)) / model.texture_luminance;
@@ -110,7 +141,7 @@ fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
 @fragment
 fn masked(in: Varyings) -> @location(0) vec4<f32> {
     let surface = surfaces[in.material];
-    var texel = vec4(in.color, 1.0);
+    var texel = vec4(tinted(in.color, surface), 1.0);
     if surface.layer >= 0 {
         texel = textured(in, surface);
     }

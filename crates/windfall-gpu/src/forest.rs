@@ -1,44 +1,36 @@
 //! A forest in the GPU's memory.
 
+use crate::falls::{Falls, GpuFalls};
 use crate::model::GpuModel;
 use crate::pass::ground::GroundMesh;
 use crate::renderer::Renderer;
-use bytemuck::{Pod, Zeroable};
+use crate::shared::{Model, TreeInstance};
 use glam::Vec3;
 use windfall_core::forest::{Forest, Frustum, Instance};
+use windfall_core::shed::TreeShedding;
 use windfall_core::tree::Tree;
 
-/// One tree as the vertex shaders see it: 48 bytes, an instance-step vertex buffer.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-pub(crate) struct TreeInstance {
-    position: [f32; 3],
-    scale: f32,
-    cos_yaw: f32,
-    sin_yaw: f32,
-    season_offset: f32,
-    /// Share of the leaves that is drawn.
-    lambda: f32,
-    seed: u32,
-    padding: [u32; 3],
-}
+/// [`TreeInstance`] as a vertex buffer.
+pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+    wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Uint32x2];
 
-impl TreeInstance {
-    pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
-        wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Uint32];
-
-    fn new(instance: &Instance) -> Self {
-        let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
-        Self {
-            position: instance.position.to_array(),
-            scale: instance.scale,
-            cos_yaw,
-            sin_yaw,
-            season_offset: instance.season_offset,
-            lambda: 1.0,
-            seed: instance.seed,
-            padding: [0; 3],
-        }
+fn tree_instance(instance: &Instance, shed: &TreeShedding) -> TreeInstance {
+    let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
+    TreeInstance {
+        position: instance.position,
+        scale: instance.scale,
+        cos_yaw,
+        sin_yaw,
+        season_offset: instance.season_offset,
+        lambda: 1.0,
+        seed: instance.seed,
+        detached: 0,
+        delay: shed.delay,
+        gust_phase: shed.gust_phase,
+        leaf_count: shed.leaves,
+        padding0: 0,
+        padding1: 0,
+        padding2: 0,
     }
 }
 
@@ -50,6 +42,8 @@ pub struct GpuForest {
     pub(crate) models: Vec<GpuModel>,
     pub(crate) ground: GroundMesh,
     pub(crate) instances: wgpu::Buffer,
+    pub(crate) falls: GpuFalls,
+    pub(crate) detach_group: wgpu::BindGroup,
     /// Trees by model, with their bounding spheres.
     trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
     wood_triangles: Vec<u64>,
@@ -76,7 +70,7 @@ pub struct FrameStats {
 }
 
 impl GpuForest {
-    /// Uploads `forest`, whose instances refer to `trees` by index.
+    /// Uploads `forest`, whose instances refer to `trees` by index. No leaf falls.
     ///
     /// # Panics
     ///
@@ -88,6 +82,22 @@ impl GpuForest {
         trees: &[Tree],
         forest: &Forest,
     ) -> Self {
+        Self::with_falls(device, queue, renderer, trees, forest, &Falls::none())
+    }
+
+    /// Uploads `forest` whose leaves fall.
+    ///
+    /// # Panics
+    ///
+    /// If an instance refers to a model that is not in `trees`.
+    pub fn with_falls(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        renderer: &Renderer,
+        trees: &[Tree],
+        forest: &Forest,
+        falls: &Falls,
+    ) -> Self {
         let models: Vec<GpuModel> = trees
             .iter()
             .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
@@ -96,7 +106,10 @@ impl GpuForest {
         for instance in &forest.instances {
             let model = &models[instance.model as usize];
             by_model[instance.model as usize].push((
-                TreeInstance::new(instance),
+                tree_instance(
+                    instance,
+                    &falls.shedding.tree(instance, model.leaf_count, &falls.wind),
+                ),
                 instance.world_from_tree(model.center),
                 model.radius * instance.scale,
             ));
@@ -104,10 +117,24 @@ impl GpuForest {
         let instances = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("visible trees"),
             size: (forest.instances.len().max(1) * size_of::<TreeInstance>()) as u64,
-            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::VERTEX
+                | wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
+        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, falls);
+        let detach_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("detach"),
+            layout: &renderer.falls.detach_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: falls.uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: instances.as_entire_binding() },
+            ],
+        });
         Self {
+            falls,
+            detach_group,
             ground: GroundMesh::new(device, &forest.terrain),
             instances,
             trees: by_model,

@@ -6,6 +6,7 @@
 #![deny(missing_docs)]
 
 mod capture;
+mod falls;
 mod forest;
 mod model;
 mod pass;
@@ -16,6 +17,7 @@ mod texture;
 mod view;
 
 pub use capture::Capture;
+pub use falls::Falls;
 pub use forest::{FrameStats, GpuForest};
 pub use model::model_bytes;
 pub use renderer::{Canvas, Renderer, Target};

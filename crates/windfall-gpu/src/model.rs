@@ -64,6 +64,7 @@ pub(crate) struct GpuModel {
     /// Sphere around the whole model, about `center`.
     pub center: Vec3,
     pub radius: f32,
+    pub uniform: Model,
 }
 
 /// Layout of a part's bind group: model, surfaces, texture array, sampler.
@@ -111,11 +112,11 @@ impl GpuModel {
         let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
         let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
         let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
-        let mut model = model_uniform(tree);
-        model.texture_luminance = leaf_textures.luminance;
+        let mut uniform = model_uniform(tree);
+        uniform.texture_luminance = leaf_textures.luminance;
         let model = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(&tree.name),
-            contents: bytemuck::bytes_of(&model),
+            contents: bytemuck::bytes_of(&uniform),
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let part = |vertices: &[u8], indices: &[u32], materials: &[Material], array: &_| {
@@ -139,6 +140,7 @@ impl GpuModel {
             radius: (high - low).length() * 0.5,
             wood,
             leaves,
+            uniform,
         }
     }
 }
@@ -255,7 +257,7 @@ fn model_uniform(tree: &Tree) -> Model {
     }
 }
 
-fn snorm(v: Vec3) -> [i8; 4] {
+pub(crate) fn snorm(v: Vec3) -> [i8; 4] {
     let scaled = (v.clamp(Vec3::NEG_ONE, Vec3::ONE) * 127.0).round();
     [scaled.x as i8, scaled.y as i8, scaled.z as i8, 0]
 }

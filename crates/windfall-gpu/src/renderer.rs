@@ -2,7 +2,7 @@
 
 use crate::forest::{FrameStats, GpuForest};
 use crate::model::part_layout;
-use crate::pass::{Ground, Leaves, Shaders, SkyDome, ToneMap, Wood};
+use crate::pass::{Falls, Ground, Leaves, Shaders, SkyDome, ToneMap, Wood};
 use crate::shared::Frame;
 use crate::view::View;
 use wgpu_profiler::GpuProfiler;
@@ -23,6 +23,7 @@ pub struct Renderer {
     ground: Ground,
     wood: Wood,
     leaves: Leaves,
+    pub(crate) falls: Falls,
     sky: SkyDome,
     tone_map: ToneMap,
 }
@@ -66,7 +67,7 @@ impl Renderer {
             label: Some("frame"),
             entries: &[wgpu::BindGroupLayoutEntry {
                 binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
                 ty: wgpu::BindingType::Buffer {
                     ty: wgpu::BufferBindingType::Uniform,
                     has_dynamic_offset: false,
@@ -92,6 +93,7 @@ impl Renderer {
             ground: Ground::new(&shaders),
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
+            falls: Falls::new(&shaders, &part_layout),
             sky: SkyDome::new(&shaders),
             tone_map: ToneMap::new(&shaders, format),
             part_layout,
@@ -146,7 +148,26 @@ impl Renderer {
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let (visible, stats) = forest.cull(queue, &Frustum::new(frame.clip_from_world));
 
+        let trees = visible.last().map_or(0, |range| range.end);
+        let falls = &forest.falls;
+        let fall_frame = falls.frame(frame.clip_from_world, view.time, trees);
+        queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
+        encoder.copy_buffer_to_buffer(
+            &falls.arguments,
+            0,
+            &falls.counters,
+            0,
+            falls.arguments.size(),
+        );
+
         let mut scope = profiler.scope("frame", encoder);
+        {
+            let mut pass = scope.scoped_compute_pass("falls");
+            pass.set_bind_group(0, &self.frame_group, &[]);
+            self.falls.detach(&mut pass.scope("detach"), &forest.detach_group, trees);
+            self.falls.land(&mut pass.scope("land"), falls);
+            self.falls.pose(&mut pass.scope("pose"), falls);
+        }
         {
             let mut pass = scope.scoped_render_pass(
                 "forest",
@@ -175,6 +196,7 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame_group, &[]);
             self.wood.draw(&mut pass.scope("wood"), forest, &visible);
             self.leaves.draw(&mut pass.scope("leaves"), forest, &visible);
+            self.falls.draw(&mut pass.scope("loose leaves"), forest);
             self.ground.draw(&mut pass.scope("ground"), &forest.ground);
             self.sky.draw(&mut pass.scope("sky"));
         }

@@ -176,6 +176,207 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// One visible tree: an instance-step vertex buffer, and a storage buffer for the pass that
+    /// fills in `detached`.
+    pub struct TreeInstance {
+        /// Foot, metres.
+        pub position: Vec3,
+        /// Factor on the model's size.
+        pub scale: f32,
+        /// Cosine of the yaw.
+        pub cos_yaw: f32,
+        /// Sine of the yaw.
+        pub sin_yaw: f32,
+        /// Added to the season.
+        pub season_offset: f32,
+        /// Share of the leaves that is drawn.
+        pub lambda: f32,
+        /// Key of the tree.
+        pub seed: u32,
+        /// Leaves of shed rank below this have left their twigs.
+        pub detached: u32,
+        /// Seconds by which the tree sheds late.
+        pub delay: f32,
+        /// Phase of the gusts at the tree, turns.
+        pub gust_phase: f32,
+        /// Leaves of the tree.
+        pub leaf_count: u32,
+        /// Unused.
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
+        /// Unused.
+        pub padding2: u32,
+    }
+}
+
+gpu_struct! {
+    /// What all falls have in common: the twin of `windfall_core::path::Fall` and `shed::Shedding`.
+    pub struct FallFrame {
+        /// Planes of the view, normals inwards.
+        pub frustum: [Vec4; 5],
+        /// Gusts: amplitude along x and z, cycles in the wind's period, phase.
+        pub gusts: [Vec4; 4],
+        /// Steady wind along x and z, m/s.
+        pub wind_mean: Vec2,
+        /// Direction in which gusts travel.
+        pub wind_travel: Vec2,
+        /// Seconds per metre of the gusts.
+        pub wind_slowness: f32,
+        /// Bound of the wind's speed; 0 is calm.
+        pub wind_fastest: f32,
+        /// Time constant of a leaf in the wind, seconds.
+        pub wind_response: f32,
+        /// Seconds since the scene began.
+        pub time: f32,
+        /// `FallSettings`.
+        pub soft_drop: f32,
+        /// `FallSettings`.
+        pub soft_time: f32,
+        /// `FallSettings`.
+        pub settle_time: f32,
+        /// `FallSettings`.
+        pub settle_turn: f32,
+        /// Bounds of the horizontal scale.
+        pub scale_low: f32,
+        /// Bounds of the horizontal scale.
+        pub scale_high: f32,
+        /// Bounds of the playback rate.
+        pub rate_low: f32,
+        /// Bounds of the playback rate.
+        pub rate_high: f32,
+        /// 1 for `Variation::Paper`.
+        pub paper_variation: u32,
+        /// Samples along a side of the terrain.
+        pub ground_side: u32,
+        /// Metres between them.
+        pub ground_cell: f32,
+        /// Highest ground, metres.
+        pub ground_highest: f32,
+        /// Steepest slope.
+        pub ground_steepest: f32,
+        /// `Shedding`.
+        pub shed_start: f32,
+        /// `Shedding`.
+        pub shed_duration: f32,
+        /// `Shedding`.
+        pub shed_peak: f32,
+        /// `Shedding`.
+        pub shed_burst: f32,
+        /// Gusts per second.
+        pub gust_rate: f32,
+        /// Streams of the forest.
+        pub stream_count: u32,
+        /// Slots of all streams.
+        pub slot_count: u32,
+        /// Draws: one for each model and shape.
+        pub bin_count: u32,
+        /// Trees in the visible list.
+        pub visible_count: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub joint_table: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub record_table: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub start_table: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub group_table: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub ground_table: u32,
+        /// Unused.
+        pub padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// The leaves of one shape on one tree, in shed order, and the slots that hold those that have
+    /// detached last.
+    pub struct Stream {
+        /// Foot of the tree, metres.
+        pub position: Vec3,
+        /// Factor on the model's size.
+        pub scale: f32,
+        /// Cosine of the yaw.
+        pub cos_yaw: f32,
+        /// Sine of the yaw.
+        pub sin_yaw: f32,
+        /// Added to the season.
+        pub season_offset: f32,
+        /// Key of the tree.
+        pub seed: u32,
+        /// Seconds by which the tree sheds late.
+        pub delay: f32,
+        /// Phase of the gusts at the tree, turns.
+        pub gust_phase: f32,
+        /// Leaves of the tree, of all shapes.
+        pub leaf_count: u32,
+        /// Index of the model.
+        pub model: u32,
+        /// First entry of the shed list.
+        pub list_first: u32,
+        /// Entries of the shed list.
+        pub list_count: u32,
+        /// First slot.
+        pub slot_first: u32,
+        /// Slots; the leaf of entry `j` is kept in slot `slot_first + j % keep`.
+        pub keep: u32,
+        /// Draw that the leaves belong to.
+        pub bin: u32,
+        /// Group of paths that they fall by.
+        pub path_group: u32,
+        /// First leaf record of the model.
+        pub leaf_first: u32,
+        /// First slot of the draw.
+        pub bin_first: u32,
+        /// Extent of the shape above and below its middle, metres at scale 1.
+        pub thickness: f32,
+        /// Radius of the shape, metres at scale 1.
+        pub radius: f32,
+        /// Unused.
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
+    }
+}
+
+gpu_struct! {
+    /// A leaf of a model.
+    pub struct LeafRecord {
+        /// Centre in the tree, metres.
+        pub center: Vec3,
+        /// Factor on the shape.
+        pub scale: f32,
+        /// Orientation in the tree, x and y as snorm16.
+        pub orientation_xy: u32,
+        /// Orientation in the tree, z and w as snorm16.
+        pub orientation_zw: u32,
+        /// Shed rank.
+        pub rank: u32,
+        /// Bytes from the lowest: material, ambient light (unorm), bent normal in octahedral
+        /// coordinates (two snorm).
+        pub look: u32,
+    }
+}
+
+gpu_struct! {
+    /// A leaf in the air or on the ground as it is drawn: an instance-step vertex buffer.
+    pub struct LooseLeaf {
+        /// Centre in the world, metres.
+        pub position: Vec3,
+        /// Factor on the shape.
+        pub scale: f32,
+        /// Orientation in the world, x and y as snorm16.
+        pub orientation_xy: u32,
+        /// Orientation in the world, z and w as snorm16.
+        pub orientation_zw: u32,
+        /// Linear colour, and the ambient light that reaches the leaf, as unorm8.
+        pub color: u32,
+        /// Material, bent normal in octahedral coordinates, how far the normal is bent.
+        pub look: u32,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

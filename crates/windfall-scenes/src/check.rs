@@ -2,6 +2,7 @@
 
 use crate::{Scene, Source};
 use windfall_core::forest::Placement;
+use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
 
@@ -63,6 +64,17 @@ impl Scene {
         number("sky.elevation", self.sky.elevation, 0.0, 90.0)?;
         number("sky.haze", self.sky.haze, 0.0, 1.0)?;
         number("sky.exposure", self.sky.exposure, -20.0, 20.0)?;
+        if let Some(shedding) = &self.shedding {
+            number("shedding.start", shedding.start, -1e6, 1e6)?;
+            number("shedding.duration", shedding.duration, 0.1, 1e7)?;
+            number("shedding.peak", shedding.peak, 0.0, Shedding::MOST)?;
+            number("shedding.tree_spread", shedding.tree_spread, -1e6, 1e6)?;
+            number("shedding.burst", shedding.burst, 0.0, Shedding::MOST)?;
+        }
+        number("wind.speed", self.wind.speed, 0.0, 40.0)?;
+        number("wind.heading", self.wind.heading, -3600.0, 3600.0)?;
+        number("wind.gustiness", self.wind.gustiness, 0.0, 1.0)?;
+        number("loose_leaves", self.loose_leaves as f32, 0.0, 4_000_000.0)?;
         for (i, strip) in self.keep_out.iter().enumerate() {
             let place = format!("keep_out[{i}]");
             for value in [strip.from.0, strip.from.1, strip.to.0, strip.to.1] {

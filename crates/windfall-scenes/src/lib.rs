@@ -13,6 +13,7 @@ pub use named::{NAMES, named};
 pub use stage::Stage;
 
 use serde::{Deserialize, Serialize};
+use windfall_core::shed::Shedding;
 use windfall_core::{InputError, InputErrorKind};
 
 /// The version that this library reads and writes.
@@ -66,6 +67,15 @@ pub struct Scene {
     /// Largest season offset of a tree, either way.
     #[serde(default = "defaults::season_spread")]
     pub season_spread: f32,
+    /// When leaves fall; `None`: no leaf does.
+    #[serde(default = "defaults::shedding")]
+    pub shedding: Option<SheddingEntry>,
+    /// What carries them.
+    #[serde(default)]
+    pub wind: WindEntry,
+    /// Most leaves in the air and on the ground together.
+    #[serde(default = "defaults::loose_leaves")]
+    pub loose_leaves: u32,
     /// The camera's way, by rising time; before the first and after the last key it stands still.
     pub camera: Vec<CameraKey>,
     /// Sun and air.
@@ -133,6 +143,53 @@ impl Default for Ground {
     }
 }
 
+/// When leaves detach: see [`windfall_core::shed::Shedding`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SheddingEntry {
+    /// When a tree's first leaf detaches; may lie before the scene.
+    pub start: f32,
+    /// Time from a tree's first leaf to its last.
+    pub duration: f32,
+    /// How much leaves gather in the middle of that time, 0 to 0.95.
+    pub peak: f32,
+    /// Seconds by which a tree of season offset 1 is early.
+    pub tree_spread: f32,
+    /// How much leaves gather in gusts, 0 to 0.95.
+    pub burst: f32,
+}
+
+impl Default for SheddingEntry {
+    fn default() -> Self {
+        let s = Shedding::default();
+        Self {
+            start: s.start,
+            duration: s.duration,
+            peak: s.peak,
+            tree_spread: s.tree_spread,
+            burst: s.burst,
+        }
+    }
+}
+
+/// A wind with gusts: see [`windfall_core::wind::Wind::new`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WindEntry {
+    /// Metres per second.
+    pub speed: f32,
+    /// Direction that it blows to: 0 is +X, 90 is +Z.
+    pub heading: f32,
+    /// Largest gust over the speed, 0 to 1.
+    pub gustiness: f32,
+}
+
+impl Default for WindEntry {
+    fn default() -> Self {
+        Self { speed: 1.2, heading: 30.0, gustiness: 0.6 }
+    }
+}
+
 /// The camera at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -170,6 +227,13 @@ impl Default for SkyEntry {
 }
 
 mod defaults {
+    #[expect(clippy::unnecessary_wraps, reason = "serde wants the field's type")]
+    pub fn shedding() -> Option<super::SheddingEntry> {
+        Some(super::SheddingEntry::default())
+    }
+    pub fn loose_leaves() -> u32 {
+        1_000_000
+    }
     pub fn size() -> (u32, u32) {
         (1280, 720)
     }

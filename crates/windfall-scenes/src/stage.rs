@@ -4,9 +4,11 @@ use crate::{CameraKey, Scene, Source, TreeEntry};
 use glam::{Vec2, Vec3};
 use windfall_core::forest::{Forest, KeepOut, Placement, Terrain};
 use windfall_core::rng::hash;
+use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
-use windfall_gpu::{Camera, Sky, View};
+use windfall_core::wind::Wind;
+use windfall_gpu::{Camera, Falls, Sky, View};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -15,6 +17,8 @@ pub struct Stage {
     pub trees: Vec<Tree>,
     /// The terrain and the instances of those models.
     pub forest: Forest,
+    /// How their leaves fall.
+    pub falls: Falls,
 }
 
 impl Scene {
@@ -77,7 +81,36 @@ impl Scene {
         } else {
             Terrain::slope(Vec2::from(ground.slope), extent)
         };
-        Ok(Stage { trees, forest: placement.place(terrain, &weights) })
+        let falls = self.falls(&trees);
+        Ok(Stage { trees, forest: placement.place(terrain, &weights), falls })
+    }
+
+    fn falls(&self, trees: &[Tree]) -> Falls {
+        let wind = self.wind;
+        let mut falls = Falls {
+            wind: Wind::new(
+                wind.speed,
+                wind.heading.to_radians(),
+                wind.gustiness,
+                hash(self.seed, 4),
+            ),
+            capacity: self.loose_leaves,
+            ..Falls::default()
+        };
+        falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
+        match self.shedding {
+            Some(s) => {
+                falls.shedding = Shedding {
+                    start: s.start,
+                    duration: s.duration,
+                    peak: s.peak,
+                    tree_spread: s.tree_spread,
+                    burst: s.burst,
+                }
+            }
+            None => (falls.shedding, falls.capacity) = (Shedding::never(), 0),
+        }
+        falls
     }
 
     /// The view at a moment. Times outside the camera's keys keep its first or last.

@@ -126,9 +126,9 @@ impl Card {
         while high - low > tolerance {
             let middle = 0.5 * (low + high);
             if Self::thin(middle).fall(START, 300.0, 600.0).tumbles() {
-                high = middle
+                high = middle;
             } else {
-                low = middle
+                low = middle;
             }
         }
         (low, high)

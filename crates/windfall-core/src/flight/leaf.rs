@@ -40,17 +40,41 @@ pub struct Air {
     pub circulation: f64,
     /// Damping of rotation beyond what the panels feel: torque coefficient of `ω|ω|`.
     pub damping: f64,
+    /// Share of the potential-flow moment that turns a plate broadside (Munk), 0..=1: separation
+    /// takes some of it.
+    pub munk: f64,
+    /// Share of a panel's speed by the plate's rolling and pitching that its pressure feels, 0..=1:
+    /// the flow past a plate that turns over does not follow it at once.
+    pub local: f64,
 }
 
 impl Air {
     /// Found by holding falling paper discs against measurements ([`super::measure`]).
     pub const STANDARD: Self = Self {
+        broadside: 3.0,
+        slope: 2.79,
+        friction: 0.272,
+        leading: 0.539,
+        circulation: 0.864,
+        damping: 0.104,
+        munk: 0.224,
+        local: 0.485,
+    };
+
+    /// A broad leaf with lobes, curl and a petiole: the air about it resists turning over more than
+    /// that about a stiff disc, and it flutters where [`Air::STANDARD`] tumbles.
+    pub const FLUTTERING: Self = Self { munk: 0.6, damping: 0.5, ..Self::STANDARD };
+
+    /// A slender wing in attached flow, as a samara's: less drag, the full moments of potential flow.
+    pub const WING: Self = Self {
         broadside: 1.6,
         slope: 1.0,
         friction: 0.08,
-        leading: 0.2,
+        leading: 0.4,
         circulation: 1.6,
         damping: 0.2,
+        munk: 1.0,
+        local: 1.0,
     };
 }
 
@@ -139,7 +163,9 @@ impl LeafBody {
         }
         let second: f64 = centers.iter().map(|c| (c.z / a).powi(2)).sum::<f64>() / PANELS as f64;
         let correct = (0.25 / second).sqrt();
-        centers.iter_mut().for_each(|c| *c *= correct);
+        for c in &mut centers {
+            *c *= correct;
+        }
         let normals = centers.map(|c| {
             let (x, z) = (c.x / b, c.z / a);
             DVec3::new(-self.cup * x + self.twist * z, 1.0, -self.cup * z).normalize()
@@ -186,8 +212,9 @@ impl Plate {
         } else {
             DVec3::ZERO
         };
+        let felt = s.spin * DVec3::new(body.air.local, 1.0, body.air.local);
         for (r, n) in self.centers.iter().zip(&self.normals) {
-            let v = center + s.spin.cross(*r);
+            let v = center + felt.cross(*r);
             let speed = v.length();
             if speed < 1e-9 {
                 continue;
@@ -216,7 +243,7 @@ impl Plate {
         force += into_leaf * DVec3::new(0.0, -GRAVITY * self.mass, 0.0);
         let velocity = (force - s.spin.cross(momentum)) / (DVec3::splat(self.mass) + added);
         let inertia = self.inertia + self.added_inertia;
-        torque -= s.spin.cross(inertia * s.spin) + center.cross(added * center);
+        torque -= s.spin.cross(inertia * s.spin) + center.cross(added * center) * body.air.munk;
         Rates {
             position: s.orientation * (s.velocity - s.spin.cross(body.offset)),
             turn: s.spin,
@@ -260,12 +287,13 @@ impl Plate {
 }
 
 impl Flight {
-    /// At rest, in any orientation that the generator gives.
+    /// Let go at rest in any orientation, turning a little (3 rad/s about each axis, rms).
     pub fn released(rng: &mut Rng) -> Self {
         let [x, y, z, w] = std::array::from_fn(|_| f64::from(rng.normal()));
         let q = DQuat::from_xyzw(x, y, z, w);
         let orientation = if q.length() > 1e-3 { q * (1.0 / q.length()) } else { DQuat::IDENTITY };
-        Self { position: DVec3::ZERO, orientation, velocity: DVec3::ZERO, spin: DVec3::ZERO }
+        let spin = DVec3::from_array(std::array::from_fn(|_| 3.0 * f64::from(rng.normal())));
+        Self { position: DVec3::ZERO, orientation, velocity: DVec3::ZERO, spin }
     }
 
     /// Angular velocity in the world's frame, radians per second.
@@ -291,7 +319,10 @@ impl Flight {
 }
 
 /// A fall path of `seconds` at `rate` hertz, recorded after the leaf has found its way of falling.
-/// Re-drawn up to `draws` times until its best joint matches well; the best draw is kept.
+///
+/// Several falls are drawn, and one is kept: one whose joints match well, and that comes down and
+/// drifts from lap to lap as the draws do on the whole. One path stands for many falls: it must not be
+/// the odd one.
 ///
 /// # Errors
 ///
@@ -306,7 +337,7 @@ pub fn fall_path(
     draws: u32,
 ) -> Result<FallPath, InputError> {
     let plate = body.plate();
-    let mut best: Option<(f32, FallPath)> = None;
+    let mut paths: Vec<FallPath> = Vec::new();
     let mut refused = None;
     for draw in 0..draws.max(1) {
         let mut rng = Rng::new(seed).stream(draw);
@@ -317,21 +348,48 @@ pub fn fall_path(
         let positions = flight.iter().map(|s| (s.position - origin).as_vec3()).collect();
         let orientations = flight.iter().map(|s| s.orientation.as_quat()).collect();
         match FallPath::new(name, rate as f32, positions, orientations) {
-            Ok(path) => {
-                let joints = &path.analysis().joints;
-                let cost = joints.iter().map(|j| j.raw.velocity + j.raw.orientation).sum::<f32>()
-                    / joints.len() as f32
-                    + 0.5 / joints.len() as f32;
-                if best.as_ref().is_none_or(|b| cost < b.0) {
-                    best = Some((cost, path));
-                }
-            }
+            Ok(path) => paths.push(path),
             Err(error) => refused = Some(error),
         }
     }
-    match (best, refused) {
-        (Some((_, path)), _) => Ok(path),
+    let descent = median(paths.iter().map(FallPath::descent));
+    let drift = median(paths.iter().map(drift));
+    let cost = |path: &FallPath| {
+        let joints = &path.analysis().joints;
+        let gaps = joints.iter().map(|j| j.raw.velocity + j.raw.orientation).sum::<f32>();
+        (gaps + 0.5) / joints.len() as f32
+            + 10.0 * (path.descent() / descent - 1.0).abs()
+            + (lap_drift(path) / drift.max(1e-3) - 1.0).abs()
+    };
+    paths.sort_by_cached_key(|p| (cost(p) * 1e6) as u64);
+    match (paths.into_iter().next(), refused) {
+        (Some(path), _) => Ok(path),
         (None, Some(error)) => Err(error),
         (None, None) => unreachable!("at least one draw was made"),
     }
+}
+
+fn median(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.collect();
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Horizontal distance over the first half of a path, metres: as long as a lap, roughly.
+fn drift(path: &FallPath) -> f32 {
+    path.positions()[path.positions().len() / 2].with_y(0.0).length()
+}
+
+/// How far laps lead away from the start: mean over the joints, in metres for each lap of the square
+/// root of four laps, which is how independent pieces add up. Laps that turn lead round in circles.
+fn lap_drift(path: &FallPath) -> f32 {
+    let joints = &path.analysis().joints;
+    let each = joints.iter().map(|j| {
+        let p = path.positions();
+        let lap = (p[j.from as usize] - p[j.to as usize]).with_y(0.0).length();
+        let half = 0.5 * j.turn();
+        let sum = if half.abs() < 1e-3 { 4.0 } else { ((4.0 * half).sin() / half.sin()).abs() };
+        lap * sum / 2.0
+    });
+    each.sum::<f32>() / joints.len() as f32
 }

@@ -11,7 +11,8 @@ pub struct FallFigures {
     pub descent: f64,
     /// Mean horizontal speed, m/s.
     pub along: f64,
-    /// Half-turns per second of the leaf's axis: passes of its normal through the horizontal.
+    /// Half-turns per second: half revolutions of a leaf that tumbles, swings from side to side of
+    /// one that flutters. Both are one rise and fall of the tilt against the horizontal.
     pub half_turns: f64,
     /// Whether the leaf turned over and over.
     pub tumbles: bool,
@@ -34,7 +35,9 @@ pub fn figures(flight: &[Flight], rate: f64, from: f64) -> FallFigures {
     let begin = (from * rate) as usize;
     let part = &flight[begin..];
     let span = (part.len() - 1) as f64 / rate;
-    let mut passes = 0u32;
+    let (mut passes, mut turns) = (0u32, 0u32);
+    // A maximum of the tilt counts when it stands out by 0.15 rad on both sides.
+    let (mut rising, mut extreme) = (true, 0.0f64);
     let mut along = 0.0;
     for w in part.windows(2) {
         let d = w[1].position - w[0].position;
@@ -42,18 +45,31 @@ pub fn figures(flight: &[Flight], rate: f64, from: f64) -> FallFigures {
         if w[0].up().y * w[1].up().y < 0.0 {
             passes += 1;
         }
+        let tilt = w[1].up().y.abs().min(1.0).acos();
+        if rising {
+            extreme = extreme.max(tilt);
+            if tilt < extreme - 0.15 {
+                (rising, extreme) = (false, tilt);
+                turns += 1;
+            }
+        } else {
+            extreme = extreme.min(tilt);
+            if tilt > extreme + 0.15 {
+                (rising, extreme) = (true, tilt);
+            }
+        }
     }
     let landing = flight
         .iter()
         .find(|s| s.position.y < -HEIGHT)
         .or(flight.last())
         .map_or(DVec3::ZERO, |s| s.position);
-    let half_turns = f64::from(passes) / span;
+    let half_turns = f64::from(turns) / span;
     FallFigures {
         descent: (part[0].position.y - part[part.len() - 1].position.y) / span,
         along: along / span,
         half_turns,
-        tumbles: half_turns > 1.0,
+        tumbles: turns > 2 && 2 * passes > turns,
         landing,
     }
 }
@@ -67,7 +83,7 @@ pub struct Row {
     pub descent: f64,
     /// Mean horizontal speed, m/s.
     pub along: f64,
-    /// Mean half-turns per second of the falls that tumble; 0 if none does.
+    /// Mean half-turns per second of the falls that flutter or tumble; 0 if none does.
     pub half_turns: f64,
     /// Share of falls that tumble.
     pub tumbling: f64,
@@ -79,14 +95,15 @@ pub struct Row {
 pub fn row(body: &LeafBody, falls: u32, seed: u32) -> Row {
     let plate = body.plate();
     let mut row = Row { falls, ..Row::default() };
-    let (mut tumbling, mut square) = (0u32, 0.0);
+    let (mut tumbling, mut turning, mut square) = (0u32, 0u32, 0.0);
     for i in 0..falls {
         let f = fall(&plate, &mut Rng::new(seed).stream(i), 1.0, 4.0);
         row.descent += f.descent;
         row.along += f.along;
-        square += (f.landing.x.powi(2) + f.landing.z.powi(2)) / 2.0;
-        if f.tumbles {
-            tumbling += 1;
+        square += 0.5 * (f.landing.x.powi(2) + f.landing.z.powi(2));
+        tumbling += u32::from(f.tumbles);
+        if f.half_turns > 0.5 {
+            turning += 1;
             row.half_turns += f.half_turns;
         }
     }
@@ -94,7 +111,7 @@ pub fn row(body: &LeafBody, falls: u32, seed: u32) -> Row {
     row.descent /= n;
     row.along /= n;
     row.scatter = (square / n).sqrt();
-    row.half_turns /= f64::from(tumbling.max(1));
+    row.half_turns /= f64::from(turning.max(1));
     row.tumbling = f64::from(tumbling) / n;
     row
 }

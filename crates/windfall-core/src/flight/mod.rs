@@ -8,5 +8,6 @@ pub mod card;
 pub mod leaf;
 pub mod measure;
 pub mod presets;
+pub mod verify;
 
 pub use leaf::{Flight, LeafBody, fall_path};

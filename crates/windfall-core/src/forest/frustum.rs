@@ -17,6 +17,11 @@ impl Frustum {
         Self { planes: planes.map(|p| p / p.truncate().length().max(f32::MIN_POSITIVE)) }
     }
 
+    /// The planes; a point is inside where `normal · point + w` is not below 0 for all of them.
+    pub fn planes(&self) -> [Vec4; 5] {
+        self.planes
+    }
+
     /// Whether any of a sphere may be in view; never wrong when it says no.
     pub fn sees_sphere(&self, center: Vec3, radius: f32) -> bool {
         self.planes.iter().all(|plane| plane.dot(center.extend(1.0)) >= -radius)

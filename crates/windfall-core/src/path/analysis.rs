@@ -286,11 +286,11 @@ fn steepest_pair(path: &FallPath) -> Result<(usize, usize), InputError> {
 
 fn find_starts(path: &FallPath, before: u32) -> Vec<u32> {
     let speed = scales(path).0;
-    // Slow: below the mean; level: within 40 degrees, either face up.
+    // Slow: below the mean, or as good as it where the speed hardly changes; level: within 40 degrees, either face up.
     let cost = |i: u32| {
         let up = (path.orientations()[i as usize] * Vec3::Y).y.abs().min(1.0);
         let (tilt, v) = (up.acos(), path.velocity(i as usize).length());
-        (v / speed + tilt, v <= speed && tilt <= 0.7)
+        (v / speed + tilt, v <= 1.02 * speed && tilt <= 0.7)
     };
     // A start late in the path would leave little of it before the first jump.
     let end = (before / 2).max(1).min(before);

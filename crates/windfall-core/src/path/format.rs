@@ -193,10 +193,14 @@ fn read_binary(file: &str, bytes: &[u8]) -> Result<Vec<FallPath>, InputError> {
 pub(super) fn to_bytes(set: &PathSet) -> Vec<u8> {
     let mut out = MAGIC.to_vec();
     let u32s = |out: &mut Vec<u8>, values: &[u32]| {
-        values.iter().for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
+        for v in values {
+            out.extend_from_slice(&v.to_le_bytes());
+        }
     };
     let f32s = |out: &mut Vec<u8>, values: &[f32]| {
-        values.iter().for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
+        for v in values {
+            out.extend_from_slice(&v.to_le_bytes());
+        }
     };
     u32s(&mut out, &[VERSION, set.paths().len() as u32]);
     for path in set.paths() {

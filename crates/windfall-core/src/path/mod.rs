@@ -165,7 +165,7 @@ impl FallPath {
                     format!("quaternion of length {length:.3} is too far from unit length"),
                 );
             }
-            *q = *q * (1.0 / length);
+            *q *= 1.0 / length;
         }
         for i in 1..n {
             if orientations[i].dot(orientations[i - 1]) < 0.0 {

@@ -27,7 +27,7 @@ pub struct FallSettings {
     /// Drop over which the orientation eases from the twig's into the path's, metres (VB 3.5).
     /// Safe: 0.1 to 1; default 0.35. At most 0: at once.
     pub soft_drop: f32,
-    /// Time over which the fall starts from rest, seconds. Safe: 0.2 to 1; default 0.5. At most 0:
+    /// Time over which the fall starts from rest, seconds. Safe: 0.2 to 1; default 0.3. At most 0:
     /// at once.
     pub soft_time: f32,
     /// Time before landing over which the orientation eases to lie on the ground, seconds. Safe: 0.1
@@ -44,7 +44,7 @@ impl Default for FallSettings {
     fn default() -> Self {
         Self {
             soft_drop: 0.35,
-            soft_time: 0.5,
+            soft_time: 0.3,
             settle_time: 0.35,
             settle_turn: 0.6,
             wind_response: 0.4,

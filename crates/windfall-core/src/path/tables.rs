@@ -283,22 +283,26 @@ impl PathSet {
     /// If there are no paths.
     pub fn new(paths: Vec<FallPath>) -> Result<Self, InputError> {
         let mut groups: Vec<String> = Vec::new();
-        for path in &paths {
-            if !groups.iter().any(|g| g == path.name()) {
+        let mut members: Vec<Vec<FallPath>> = Vec::new();
+        for path in paths {
+            if let Some(i) = groups.iter().position(|g| g == path.name()) {
+                members[i].push(path);
+            } else {
                 groups.push(path.name().into());
+                members.push(vec![path]);
             }
         }
         if groups.is_empty() {
             let cause = "a path set needs at least one path";
             return Err(InputError::new("path set", "", InputErrorKind::Empty, cause));
         }
-        let mut sorted = Vec::with_capacity(paths.len());
         let mut tables = PathTables::default();
-        for group in &groups {
-            let first = sorted.len() as u32;
-            sorted.extend(paths.iter().filter(|p| p.name() == group).cloned());
-            tables.groups.push([first, sorted.len() as u32 - first]);
+        let mut first = 0;
+        for group in &members {
+            tables.groups.push([first, group.len() as u32]);
+            first += group.len() as u32;
         }
+        let sorted: Vec<FallPath> = members.into_iter().flatten().collect();
         for path in &sorted {
             tables.push(path);
         }

@@ -3,7 +3,8 @@ struct Tree {
     @location(8) position_scale: vec4<f32>,
     // Cosine and sine of the yaw, season offset, share of leaves drawn.
     @location(9) turn_season: vec4<f32>,
-    @location(10) seed: u32,
+    // Key of the tree; leaves of shed rank below the second have left.
+    @location(10) seed_detached: vec2<u32>,
 }
 
 fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {

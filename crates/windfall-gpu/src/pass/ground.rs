@@ -1,6 +1,6 @@
 //! The terrain, out to the horizon.
 
-use super::{Draw, Shaders};
+use super::{Shaders, draw::Draw};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use wgpu::util::DeviceExt;
@@ -101,6 +101,7 @@ impl Ground {
                 groups: &[],
                 buffers: &[vertices],
                 cull: Some(wgpu::Face::Back),
+                vertex: "vertex",
                 fragment: "fragment",
                 alpha_to_coverage: false,
                 target: None,

@@ -1,6 +1,6 @@
 //! Leaves on their twigs.
 
-use super::{Draw, Shaders, draw_parts, tree_instances};
+use super::{Shaders, draw::Draw, draw_parts, tree_instances};
 use crate::forest::{GpuForest, Visible};
 use crate::model::LeafVertex;
 
@@ -23,6 +23,7 @@ impl Leaves {
                 groups: &[part_layout],
                 buffers: &[vertices.clone(), tree_instances()],
                 cull: None,
+                vertex: "vertex",
                 fragment,
                 alpha_to_coverage,
                 target: None,

@@ -1,6 +1,6 @@
 //! The sky behind everything.
 
-use super::{Draw, Shaders};
+use super::{Shaders, draw::Draw};
 
 pub(crate) struct SkyDome {
     pipeline: wgpu::RenderPipeline,
@@ -15,6 +15,7 @@ impl SkyDome {
                 groups: &[],
                 buffers: &[],
                 cull: None,
+                vertex: "vertex",
                 fragment: "fragment",
                 alpha_to_coverage: false,
                 target: None,

@@ -1,6 +1,6 @@
 //! From radiance to the picture.
 
-use super::{Draw, Shaders};
+use super::{Shaders, draw::Draw};
 
 pub(crate) struct ToneMap {
     pipeline: wgpu::RenderPipeline,
@@ -28,6 +28,7 @@ impl ToneMap {
             groups: &[&layout],
             buffers: &[],
             cull: None,
+            vertex: "vertex",
             fragment: "fragment",
             alpha_to_coverage: false,
             target: Some(format),

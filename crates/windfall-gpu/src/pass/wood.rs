@@ -1,6 +1,6 @@
 //! Trunks and branches.
 
-use super::{Draw, Shaders, draw_parts, tree_instances};
+use super::{Shaders, draw::Draw, draw_parts, tree_instances};
 use crate::forest::{GpuForest, Visible};
 use crate::model::WoodVertex;
 
@@ -23,6 +23,7 @@ impl Wood {
                 buffers: &[vertices, tree_instances()],
                 // Real exports have open tubes and mixed winding: both sides are drawn.
                 cull: None,
+                vertex: "vertex",
                 fragment: "fragment",
                 alpha_to_coverage: false,
                 target: None,

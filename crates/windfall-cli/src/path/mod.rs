@@ -1,0 +1,275 @@
+//! `windfall path`: fall paths.
+
+mod inspect;
+mod numbers;
+mod plot;
+mod stats;
+mod verify;
+
+use anyhow::{Context, Result, bail};
+use clap::{Subcommand, ValueEnum};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use windfall_core::flight::{LeafBody, fall_path, presets};
+use windfall_core::glam::DVec3;
+use windfall_core::path::import::{ImportOptions, Up, import};
+use windfall_core::path::{PathSet, builtin};
+
+/// Arguments of `windfall path`.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate the fall of a leaf and store it as a path
+    Simulate(Simulate),
+    /// Say what is in a path file: samples, speeds, starting points, continuity points
+    Inspect {
+        /// A path set (binary or RON), or anything that `import` reads; "builtin" for the built-in set
+        file: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        /// Write a plot: from the side, from above, orientation over time, joints
+        #[arg(long, value_name = "FILE.svg")]
+        plot: Option<PathBuf>,
+        /// Which path of the set to plot
+        #[arg(long, default_value_t = 0)]
+        index: usize,
+        #[command(flatten)]
+        import: ImportArgs,
+    },
+    /// Hold the flight models against published figures
+    Verify {
+        /// Falls for each row of the second table
+        #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+        falls: u32,
+    },
+    /// Measure variety and realism of played falls against direct simulations
+    Stats {
+        /// Leaves of the tree, and direct simulations
+        #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+        leaves: u32,
+        /// Species whose leaves fall
+        #[arg(long, default_value = "birch", value_parser = species)]
+        species: String,
+        /// Random seed
+        #[arg(long, default_value_t = 1)]
+        seed: u32,
+    },
+    /// Turn a glTF animation, a CSV table or a JSON list into a path file
+    Import {
+        /// The file to read
+        file: PathBuf,
+        #[command(flatten)]
+        import: ImportArgs,
+        /// File to write: RON if it ends in .ron, otherwise binary
+        #[arg(long)]
+        out: PathBuf,
+    },
+}
+
+#[derive(clap::Args)]
+struct Simulate {
+    /// A species with a preset
+    #[arg(long, value_parser = species, conflicts_with_all = ["areal_density", "length", "width", "petiole", "builtin"])]
+    species: Option<String>,
+    /// Mass per area, g/m²
+    #[arg(long, value_parser = positive, value_name = "G")]
+    areal_density: Option<f64>,
+    /// Length of the leaf, centimetres
+    #[arg(long, value_parser = positive, value_name = "CM")]
+    length: Option<f64>,
+    /// Width of the leaf, centimetres
+    #[arg(long, value_parser = positive, value_name = "CM")]
+    width: Option<f64>,
+    /// Offset of the centre of mass towards the petiole, in half lengths (0 to 0.8)
+    #[arg(long, value_name = "SHARE")]
+    petiole: Option<f64>,
+    /// Simulate the whole built-in set
+    #[arg(long)]
+    builtin: bool,
+    /// Duration, seconds
+    #[arg(long, default_value_t = 6.0, value_parser = positive, value_name = "S")]
+    seconds: f64,
+    /// Samples per second; default: the species', or 60
+    #[arg(long, value_parser = positive, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Random seed
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Falls drawn, of which the one with the best continuity points is kept
+    #[arg(long, default_value_t = 16)]
+    draws: u32,
+    /// File to write: RON if it ends in .ron, otherwise binary
+    #[arg(long)]
+    out: PathBuf,
+}
+
+#[derive(clap::Args)]
+struct ImportArgs {
+    /// glTF: name of the animated node
+    #[arg(long)]
+    node: Option<String>,
+    /// The axis that points up in the file
+    #[arg(long, value_enum, default_value_t = UpArg::Y)]
+    up: UpArg,
+    /// Metres for each unit of the file
+    #[arg(long, default_value_t = 1.0)]
+    scale: f32,
+    /// Resample to so many samples per second
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f32>,
+    /// Name of the path; default: the file's
+    #[arg(long)]
+    name: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum UpArg {
+    Y,
+    Z,
+}
+
+fn species(name: &str) -> Result<String, String> {
+    let names = presets::ALL.map(|p| p.name).join(", ");
+    presets::find(name).map(|p| p.name.to_owned()).ok_or(format!("known species: {names}"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("must be above 0".into()) }
+}
+
+impl ImportArgs {
+    fn options(&self) -> ImportOptions {
+        ImportOptions {
+            node: self.node.clone(),
+            up: match self.up {
+                UpArg::Y => Up::Y,
+                UpArg::Z => Up::Z,
+            },
+            scale: self.scale,
+            rate: self.rate,
+            name: self.name.clone(),
+        }
+    }
+}
+
+/// Runs `windfall path`.
+///
+/// # Errors
+///
+/// Files that cannot be read or written, and whatever the models refuse.
+pub fn run(args: Args) -> Result<()> {
+    match args.command {
+        Command::Simulate(simulate) => run_simulate(&simulate),
+        Command::Inspect { file, json, plot, index, import } => {
+            let set = load(&file, &import)?;
+            inspect::print(&set, json)?;
+            if let Some(out) = plot {
+                let Some(path) = set.paths().get(index) else {
+                    bail!("--index {index}: the set has {} paths", set.paths().len());
+                };
+                write(&out, plot::draw(path)?.as_bytes())?;
+                eprintln!("plot of path {index} written to {}", out.display());
+            }
+            Ok(())
+        }
+        Command::Verify { falls } => verify::run(falls),
+        Command::Stats { leaves, species, seed } => stats::run(leaves, &species, seed),
+        Command::Import { file, import: args, out } => {
+            let path = import_file(&file, &args)?;
+            save(&out, &PathSet::new(vec![path])?)
+        }
+    }
+}
+
+fn run_simulate(args: &Simulate) -> Result<()> {
+    let mut paths = Vec::new();
+    if args.builtin {
+        for preset in &presets::ALL {
+            for i in 0..builtin::PER_SPECIES {
+                paths.push(builtin::simulate(preset, i)?);
+            }
+        }
+    } else {
+        let (name, body, rate) = match args.species.as_deref().and_then(presets::find) {
+            Some(preset) => (preset.name, preset.body, preset.rate),
+            None => ("leaf", described(args)?, 60.0),
+        };
+        let rate = args.rate.unwrap_or(rate);
+        paths.push(fall_path(name, &body, args.seconds, rate, args.seed, args.draws)?);
+    }
+    let set = PathSet::new(paths)?;
+    save(&args.out, &set)
+}
+
+fn described(args: &Simulate) -> Result<LeafBody> {
+    let Some(density) = args.areal_density else {
+        bail!("name a --species, or describe a leaf with --areal-density, --length and --width");
+    };
+    let length = args.length.context("--length is needed with --areal-density")?;
+    let width = args.width.context("--width is needed with --areal-density")?;
+    let petiole = args.petiole.unwrap_or(0.05);
+    if !(0.0..=0.8).contains(&petiole) {
+        bail!("--petiole {petiole}: 0 to 0.8 half lengths");
+    }
+    let half = length / 200.0;
+    Ok(LeafBody {
+        half_length: half,
+        half_width: width / 200.0,
+        offset: DVec3::new(0.0, 0.0, -petiole * half),
+        ..LeafBody::disc(1.0, density / 1000.0)
+    })
+}
+
+/// Reads a path set, or imports a path.
+fn load(file: &Path, args: &ImportArgs) -> Result<PathSet> {
+    if file == Path::new("builtin") {
+        return Ok(PathSet::builtin());
+    }
+    let bytes = read(file)?;
+    // RON of ours begins with a parenthesis; no form that is imported does.
+    if bytes.starts_with(b"WFPATHS") || bytes.trim_ascii_start().starts_with(b"(") {
+        return Ok(PathSet::read(&file.display().to_string(), &bytes)?);
+    }
+    Ok(PathSet::new(vec![import_file(file, args)?])?)
+}
+
+fn import_file(file: &Path, args: &ImportArgs) -> Result<windfall_core::path::FallPath> {
+    let bytes = read(file)?;
+    let imported = import(&file.display().to_string(), &bytes, &args.options())?;
+    for repair in &imported.repairs {
+        eprintln!("note: {}: {repair}", file.display());
+    }
+    Ok(imported.path)
+}
+
+fn read(file: &Path) -> Result<Vec<u8>> {
+    std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+}
+
+fn save(out: &Path, set: &PathSet) -> Result<()> {
+    if out.extension().is_some_and(|e| e == "ron") {
+        write(out, set.to_ron().as_bytes())?;
+    } else {
+        write(out, &set.to_bytes())?;
+    }
+    inspect::print(set, false)?;
+    eprintln!("written to {}", out.display());
+    Ok(())
+}
+
+/// Writes a whole file or nothing: a temporary one in the same folder takes its place.
+fn write(out: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let context = || format!("cannot write {}", out.display());
+    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(context)?;
+    file.write_all(bytes).with_context(context)?;
+    file.persist(out).with_context(context)?;
+    Ok(())
+}

@@ -1,1 +1,0 @@
-//! Fall paths from files.

@@ -1,0 +1,373 @@
+//! Import: what is read, what is repaired, what is refused and how it is said.
+
+use std::fmt::Write as _;
+use windfall_core::glam::{Quat, Vec3};
+use windfall_core::path::import::{ImportOptions, Imported, Up, import};
+use windfall_core::path::{FallPath, PathSet, analysis};
+
+fn read(file: &str, bytes: &[u8]) -> Result<Imported, String> {
+    import(file, bytes, &ImportOptions::default()).map_err(|e| e.to_string())
+}
+
+/// A sheet of a leaf that falls at 0.7 m/s, swinging, at 30 Hz.
+fn key(i: usize) -> (f32, Vec3, Quat) {
+    let t = i as f32 / 30.0;
+    let p = Vec3::new(0.2 * (6.0 * t).sin(), -0.7 * t, 0.1 * (3.0 * t).cos());
+    (t, p, Quat::from_rotation_x(0.8 * (6.0 * t).cos()))
+}
+
+fn csv(rows: usize) -> String {
+    let mut out = String::from("time,x,y,z,qx,qy,qz,qw\n");
+    for i in 0..rows {
+        let (t, p, q) = key(i);
+        writeln!(out, "{t},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w).unwrap();
+    }
+    out
+}
+
+/// One channel of a test animation: path, interpolation, times, values.
+struct Channel(&'static str, &'static str, Vec<f32>, Vec<f32>);
+
+/// A `.glb` in which node i, called "leaf<i>", has the i-th list of channels.
+fn glb(nodes: &[Vec<Channel>]) -> Vec<u8> {
+    let mut bin: Vec<u8> = Vec::new();
+    let (mut views, mut accessors) = (Vec::new(), Vec::new());
+    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+    for (node, list) in nodes.iter().enumerate() {
+        for Channel(path, interpolation, times, values) in list {
+            let kind = if *path == "rotation" { ("VEC4", 4) } else { ("VEC3", 3) };
+            for (data, (kind, width)) in [(times, ("SCALAR", 1)), (values, kind)] {
+                let bytes: Vec<u8> = data.iter().flat_map(|v| v.to_le_bytes()).collect();
+                views.push(format!(
+                    r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#,
+                    bin.len(),
+                    bytes.len()
+                ));
+                let range = if kind == "SCALAR" { r#","min":[0],"max":[1]"# } else { "" };
+                accessors.push(format!(
+                    r#"{{"bufferView":{},"componentType":5126,"count":{},"type":"{kind}"{range}}}"#,
+                    views.len() - 1,
+                    data.len() / width
+                ));
+                bin.extend(bytes);
+            }
+            let n = accessors.len();
+            samplers.push(format!(
+                r#"{{"input":{},"output":{},"interpolation":"{interpolation}"}}"#,
+                n - 2,
+                n - 1
+            ));
+            channels.push(format!(
+                r#"{{"sampler":{},"target":{{"node":{node},"path":"{path}"}}}}"#,
+                samplers.len() - 1
+            ));
+        }
+    }
+    let names: Vec<String> = (0..nodes.len()).map(|i| format!(r#"{{"name":"leaf{i}"}}"#)).collect();
+    let mut json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{}],"buffers":[{{"byteLength":{}}}],
+        "bufferViews":[{}],"accessors":[{}],"animations":[{{"samplers":[{}],"channels":[{}]}}]}}"#,
+        names.join(","),
+        bin.len(),
+        views.join(","),
+        accessors.join(","),
+        samplers.join(","),
+        channels.join(",")
+    );
+    while json.len() % 4 != 0 {
+        json.push(' ');
+    }
+    let mut out = b"glTF".to_vec();
+    for v in [2, (28 + json.len() + bin.len()) as u32, json.len() as u32] {
+        out.extend(v.to_le_bytes());
+    }
+    out.extend(b"JSON");
+    out.extend(json.bytes());
+    out.extend((bin.len() as u32).to_le_bytes());
+    out.extend(b"BIN\0");
+    out.extend(bin);
+    out
+}
+
+fn times(n: usize) -> Vec<f32> {
+    (0..n).map(|i| key(i).0).collect()
+}
+
+fn translation(n: usize) -> Channel {
+    Channel("translation", "LINEAR", times(n), (0..n).flat_map(|i| key(i).1.to_array()).collect())
+}
+
+fn rotation(n: usize) -> Channel {
+    Channel("rotation", "LINEAR", times(n), (0..n).flat_map(|i| key(i).2.to_array()).collect())
+}
+
+fn assert_is_the_fall(path: &FallPath, tolerance: f32) {
+    let first = key(0).1;
+    for (i, (p, q)) in path.positions().iter().zip(path.orientations()).enumerate() {
+        let t = i as f32 / path.rate() * 30.0;
+        let (a, b) = (key(t as usize), key(t as usize + 1));
+        let x = t.fract();
+        let expected = a.1.lerp(b.1, x) - first;
+        assert!((*p - expected).length() < tolerance, "sample {i}: {p} {expected}");
+        assert!(analysis::angle(*q, a.2.slerp(b.2, x)) < tolerance * 10.0);
+    }
+}
+
+#[test]
+fn the_blender_export_is_read() {
+    let file =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/inputs/paths/blender_fall_3.glb");
+    let Ok(bytes) = std::fs::read(file) else {
+        println!("skipped: {file} is not there");
+        return;
+    };
+    let Imported { path, repairs } = read("blender_fall_3.glb", &bytes).unwrap();
+    assert_eq!(path.name(), "blender_fall_3");
+    assert_eq!(path.positions().len(), 150);
+    assert!((path.rate() - 30.0).abs() < 0.01 && repairs.is_empty(), "{repairs:?}");
+    // The file's last key.
+    let last = path.positions()[149];
+    assert!((last - Vec3::new(0.208_703_5, -1.219_068_2, -0.118_107_1)).length() < 1e-6);
+    let q = Quat::from_xyzw(0.437_241, 0.035_281_8, 0.564_586, 0.699_155_3);
+    assert!(analysis::angle(path.orientations()[149], q) < 1e-3);
+    assert!(!path.analysis().joints.is_empty() && !path.analysis().starts.is_empty());
+}
+
+#[test]
+fn csv_json_and_gltf_give_the_same_fall() {
+    let from_csv = read("fall.csv", csv(200).as_bytes()).unwrap();
+    assert!(from_csv.repairs.is_empty());
+    assert_is_the_fall(&from_csv.path, 1e-5);
+
+    let rows: Vec<String> = (0..200)
+        .map(|i| {
+            let (t, p, q) = key(i);
+            format!(
+                r#"{{"t":{t},"x":{},"y":{},"z":{},"qx":{},"qy":{},"qz":{},"qw":{}}}"#,
+                p.x, p.y, p.z, q.x, q.y, q.z, q.w
+            )
+        })
+        .collect();
+    let json = format!("{{\"samples\":[{}]}}", rows.join(","));
+    assert_is_the_fall(&read("fall.json", json.as_bytes()).unwrap().path, 1e-5);
+
+    let bytes = glb(&[vec![translation(200), rotation(200)]]);
+    assert_is_the_fall(&read("fall.glb", &bytes).unwrap().path, 1e-5);
+
+    let options = ImportOptions { rate: Some(100.0), ..ImportOptions::default() };
+    let resampled = import("fall.glb", &bytes, &options).unwrap().path;
+    assert_eq!(resampled.positions().len(), 664);
+    assert_is_the_fall(&resampled, 1e-5);
+}
+
+#[test]
+fn paths_of_200_and_of_10000_samples_work() {
+    for n in [200, 10_000] {
+        let set = PathSet::new(vec![read("fall.csv", csv(n).as_bytes()).unwrap().path]).unwrap();
+        assert_eq!(set.paths()[0].positions().len(), n);
+        let again = PathSet::read("fall", &set.to_bytes()).unwrap();
+        assert_eq!(again.paths()[0].positions(), set.paths()[0].positions());
+        assert_eq!(again.paths()[0].analysis(), set.paths()[0].analysis());
+        let again = PathSet::read("fall", set.to_ron().as_bytes()).unwrap();
+        assert_eq!(again.paths()[0].positions(), set.paths()[0].positions());
+    }
+}
+
+#[test]
+fn z_up_and_centimetres_are_turned_and_scaled() {
+    // In a file with Z up, a leaf sinks along -Z; its upper side is +Z, its tip +Y is the far side.
+    let mut text = String::from("time,x,y,z,rx,ry,rz\n");
+    for i in 0..100 {
+        writeln!(text, "{},{},{},{},0,0,90", i as f32 * 0.02, i, 2 * i, -3 * i).unwrap();
+    }
+    let options = ImportOptions { up: Up::Z, scale: 0.01, ..ImportOptions::default() };
+    let path = import("fall.csv", text.as_bytes(), &options).unwrap().path;
+    let last = path.positions()[99];
+    assert!((last - Vec3::new(0.99, -2.97, -1.98)).length() < 1e-5, "{last}");
+    // A quarter turn about the file's up axis is one about ours.
+    let turn = Quat::from_rotation_y(90f32.to_radians());
+    assert!(analysis::angle(path.orientations()[50], turn) < 1e-3);
+}
+
+#[test]
+fn euler_angles_turn_about_x_first() {
+    let mut text = String::from("t;x;y;z;rx;ry;rz;note\n");
+    for i in 0..20 {
+        writeln!(text, "{};0;{};0;30;40;50;{i}", i as f32 * 0.1, -0.07 * i as f32).unwrap();
+    }
+    let Imported { path, repairs } = read("fall.csv", text.as_bytes()).unwrap();
+    let [x, y, z] = [30.0f32, 40.0, 50.0].map(f32::to_radians);
+    let expected = Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
+    assert!(analysis::angle(path.orientations()[3], expected) < 1e-3);
+    assert_eq!(repairs, ["left out: columns note"]);
+}
+
+#[test]
+fn cubic_splines_and_steps_are_resampled() {
+    // A parabola is its own cubic: y = -t², slope -2t, keys at uneven times.
+    let keys: Vec<f32> = vec![0.0, 0.1, 0.3, 0.4, 0.8, 1.0, 1.5, 1.6, 2.0];
+    let spline = keys.iter().flat_map(|t| {
+        let slope = [0.0, -2.0 * t, 0.0];
+        [slope, [0.0, -t * t, 0.0], slope].concat()
+    });
+    let turns = keys.iter().flat_map(|t| Quat::from_rotation_y(0.5 * t).to_array());
+    let bytes = glb(&[vec![
+        Channel("translation", "CUBICSPLINE", keys.clone(), spline.collect()),
+        Channel("rotation", "STEP", keys.clone(), turns.collect()),
+    ]]);
+    let Imported { path, repairs } = read("spline.glb", &bytes).unwrap();
+    assert_eq!(repairs, ["keys are unevenly spaced: resampled to 60 Hz"]);
+    for (i, p) in path.positions().iter().enumerate() {
+        let t = i as f32 / 60.0;
+        assert!((p.y + t * t).abs() < 1e-5, "{t}: {}", p.y);
+    }
+    // At 0.7 s the key of 0.4 s still holds.
+    let held = Quat::from_rotation_y(0.2);
+    assert!(analysis::angle(path.orientations()[42], held) < 1e-3);
+}
+
+#[test]
+fn odd_animations_are_repaired_aloud_or_refused() {
+    let n = 50;
+    let repaired = read("a.glb", &glb(&[vec![translation(n)]])).unwrap();
+    assert_eq!(
+        repaired.repairs,
+        ["node \"leaf0\" has no rotation channel: it keeps its own rotation"]
+    );
+
+    let scale = Channel("scale", "LINEAR", times(n), vec![2.0; 3 * n]);
+    let repaired = read("a.glb", &glb(&[vec![translation(n), rotation(n), scale]])).unwrap();
+    assert_eq!(
+        repaired.repairs,
+        ["node \"leaf0\" has a scale channel: left out, leaves keep their size"]
+    );
+    assert_is_the_fall(&repaired.path, 1e-5);
+
+    let two = glb(&[vec![translation(n), rotation(n)], vec![translation(n)]]);
+    assert_eq!(
+        read("a.glb", &two).unwrap_err(),
+        "a.glb: animations: 2 nodes are animated; name one with --node: leaf0, leaf1"
+    );
+    let named = |node: &str| {
+        let options = ImportOptions { node: Some(node.into()), ..ImportOptions::default() };
+        import("a.glb", &two, &options).map_err(|e| e.to_string())
+    };
+    assert!(named("leaf1").is_ok());
+    assert_eq!(
+        named("tree").unwrap_err(),
+        "a.glb: animations: no animated node is called \"tree\"; animated are: leaf0, leaf1"
+    );
+    assert_eq!(
+        read("a.glb", &glb(&[vec![translation(1), rotation(1)]])).unwrap_err(),
+        "a.glb: node \"leaf0\", translation: 1 key; a fall path needs at least 8"
+    );
+    assert_eq!(
+        read("a.glb", &glb(&[vec![rotation(n)]])).unwrap_err(),
+        "a.glb: node \"leaf0\": no translation channel"
+    );
+    assert_eq!(
+        read("a.glb", &glb(&[vec![]])).unwrap_err(),
+        "a.glb: animations: no node is animated: there is no path in it"
+    );
+    let mut backwards = translation(n);
+    backwards.2.swap(20, 21);
+    assert_eq!(
+        read("a.glb", &glb(&[vec![backwards, rotation(n)]])).unwrap_err(),
+        "a.glb: node \"leaf0\", translation key 21: times must ascend, but 0.6666667 s follows 0.7 s"
+            .replace("0.6666667", "0.6666666865348816")
+            .replace("0.7 s", "0.699999988079071 s")
+    );
+    let mut hole = translation(n);
+    hole.3[31] = f32::NAN;
+    assert_eq!(
+        read("a.glb", &glb(&[vec![hole, rotation(n)]])).unwrap_err(),
+        "a.glb: node \"leaf0\", translation key 10: NaN or infinite"
+    );
+    let mut long = rotation(n);
+    long.3[40..44].copy_from_slice(&[0.9, 0.0, 0.0, 0.9]);
+    assert_eq!(
+        read("a.glb", &glb(&[vec![translation(n), long]])).unwrap_err(),
+        "a.glb: node \"leaf0\", rotation key 10: quaternion of length 1.273 is too far from unit length"
+    );
+    // A slightly long quaternion is repaired.
+    let mut nearly = rotation(n);
+    nearly.3[40..44].iter_mut().for_each(|v| *v *= 1.03);
+    assert_is_the_fall(&read("a.glb", &glb(&[vec![translation(n), nearly]])).unwrap().path, 1e-5);
+}
+
+#[test]
+fn bad_tables_are_refused_with_their_line() {
+    let refused = |text: &str, message: &str| {
+        assert_eq!(read("f.csv", text.as_bytes()).unwrap_err(), message, "{text}");
+    };
+    refused(&csv(7), "f.csv: 7 keys; a fall path needs at least 8");
+    refused("", "f.csv: no header line");
+    refused("time,x,y\n0,0,0\n", "f.csv: header: no column \"z\"");
+    refused(
+        "time,x,y,z\n0,0,0,0\n.1,0,0,0\n.2,0,0,0\n.3,0,0,0\n.4,0,0,0\n.5,0,0,0\n.6,0,0,0\n.7,0,0,0",
+        "f.csv: header: no orientation: columns qx, qy, qz, qw or rx, ry, rz (degrees)",
+    );
+    let edited = |line: usize, new: &str| {
+        let text = csv(20);
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines[line - 1] = new;
+        lines.join("\n")
+    };
+    refused(&edited(5, "abc,0,0,0,0,0,0,1"), "f.csv: line 5: \"abc\" is no number");
+    refused(&edited(5, "0.1,0,0"), "f.csv: line 5: 3 fields under 8 columns");
+    refused(&edited(5, "0.1,0,NaN,0,0,0,0,1"), "f.csv: line 5: position is NaN or infinite");
+    refused(&edited(5, "0.1,0,0,0,0,0,inf,1"), "f.csv: line 5: quaternion is NaN or infinite");
+    refused(
+        &edited(5, "0.1,0,0,0,0,0,0,0.5"),
+        "f.csv: line 5: quaternion of length 0.500 is too far from unit length",
+    );
+    refused(
+        &edited(5, "0.01,0,0,0,0,0,0,1"),
+        "f.csv: line 5: times must ascend, but 0.01 s follows 0.06666667 s",
+    );
+    let mut rising = String::from("t,x,y,z,rx,ry,rz\n");
+    for i in 0..20 {
+        writeln!(rising, "{},0,{},0,0,0,0", i as f32 * 0.1, 0.1 * i as f32).unwrap();
+    }
+    refused(
+        &rising,
+        "f.csv: the path does not descend: it ends 1.9000 m above its start (is another axis up?)",
+    );
+    assert_eq!(
+        read("f.json", b"[{\"t\":0,\"x\":1},{\"t\":1}]").unwrap_err(),
+        "f.json: sample 1: \"x\" is missing or no number"
+    );
+    assert!(
+        read("f.json", b"[{\"t\":0,")
+            .unwrap_err()
+            .starts_with("f.json: line 1, column 8: not JSON")
+    );
+}
+
+#[test]
+fn bad_path_sets_are_refused() {
+    let set = PathSet::new(vec![read("fall.csv", csv(100).as_bytes()).unwrap().path]).unwrap();
+    let bytes = set.to_bytes();
+    // Every prefix and every version but the right one; never a panic.
+    for n in 0..bytes.len() {
+        assert!(PathSet::read("set", &bytes[..n]).is_err(), "{n}");
+    }
+    let mut longer = bytes.clone();
+    longer.push(0);
+    let message = |b: &[u8]| PathSet::read("set", b).unwrap_err().to_string();
+    assert_eq!(message(&longer), "set: 1 bytes after the end");
+    let mut newer = bytes.clone();
+    newer[8] = 2;
+    assert_eq!(message(&newer), "set: version 2; this program reads version 1");
+    // Count of samples: far more than there are.
+    let mut greedy = bytes.clone();
+    greedy[28..32].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert_eq!(message(&greedy), "set: claims 4294967295 samples, more than the file holds");
+    for i in 0..bytes.len() {
+        for bit in [0, 7] {
+            let mut broken = bytes.clone();
+            broken[i] ^= 1 << bit;
+            let _ = PathSet::read("set", &broken);
+        }
+    }
+}

@@ -1,0 +1,13 @@
+// How many leaves have left each visible tree.
+
+@group(1) @binding(0) var<uniform> fall: FallFrame;
+@group(1) @binding(1) var<storage, read_write> visible: array<TreeInstance>;
+
+@compute @workgroup_size(64)
+fn detach(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= fall.visible_count {
+        return;
+    }
+    let tree = visible[id.x];
+    visible[id.x].detached = detached_by_now(tree.seed, tree.delay, tree.gust_phase, tree.leaf_count);
+}

@@ -1,0 +1,241 @@
+// Leaves that have left their twigs, in the air and on the ground: landing, pose, compaction.
+
+@group(1) @binding(0) var<uniform> fall: FallFrame;
+@group(1) @binding(1) var<storage, read> tables: array<vec4<f32>>;
+@group(1) @binding(2) var<storage, read> streams: array<Stream>;
+// For each 64 slots the stream of the first; from fall.slot_count / 64 on the shed lists.
+@group(1) @binding(3) var<storage, read> lists: array<u32>;
+@group(1) @binding(4) var<storage, read> leaves: array<LeafRecord>;
+@group(1) @binding(5) var<storage, read> models: array<Model>;
+// Two vectors a slot: where and when the leaf lands; how it lies, and the entry (plus one) it is of.
+@group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
+@group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
+// Five words a draw: its indirect arguments. Then a word a stream: its leaves that have detached.
+@group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
+
+fn table(i: u32) -> vec4<f32> {
+    return tables[i];
+}
+
+fn list_entry(stream: Stream, j: u32) -> u32 {
+    return lists[(fall.slot_count + 63u) / 64u + stream.list_first + j];
+}
+
+fn detach_of(stream: Stream, rank: u32) -> f32 {
+    return detach_time(stream.seed, stream.delay, stream.gust_phase, stream.leaf_count, rank);
+}
+
+// Counts the leaves of each stream that have detached.
+@compute @workgroup_size(64)
+fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= fall.stream_count {
+        return;
+    }
+    let stream = streams[id.x];
+    let detached = detached_by_now(stream.seed, stream.delay, stream.gust_phase, stream.leaf_count);
+    var low = 0u;
+    var high = stream.list_count;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if leaves[stream.leaf_first + list_entry(stream, middle)].rank < detached {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    atomicStore(&counters[5u * fall.bin_count + id.x], low);
+}
+
+// The leaf that a slot holds now.
+struct Held {
+    held: bool,
+    stream: u32,
+    entry: u32,
+}
+
+fn held_by(slot: u32, first_slot: u32) -> Held {
+    var out = Held(false, 0u, 0u);
+    if slot >= fall.slot_count {
+        return out;
+    }
+    var s = lists[first_slot / 64u];
+    while s < fall.stream_count && slot >= streams[s].slot_first + streams[s].keep {
+        s += 1u;
+    }
+    if s >= fall.stream_count || slot < streams[s].slot_first {
+        return out;
+    }
+    let detached = atomicLoad(&counters[5u * fall.bin_count + s]);
+    let keep = streams[s].keep;
+    let local = slot - streams[s].slot_first;
+    if detached == 0u {
+        return out;
+    }
+    let newest = detached - 1u;
+    let back = (newest % keep + keep - local) % keep;
+    out.held = back <= newest;
+    out.stream = s;
+    out.entry = newest - back;
+    return out;
+}
+
+fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
+    let at = record.center;
+    let turned = vec3(
+        stream.cos_yaw * at.x + stream.sin_yaw * at.z,
+        at.y,
+        stream.cos_yaw * at.z - stream.sin_yaw * at.x,
+    );
+    let half_angle = vec2(sqrt(max(0.5 + 0.5 * stream.cos_yaw, 0.0)), sqrt(max(0.5 - 0.5 * stream.cos_yaw, 0.0)));
+    let yaw = vec4(0.0, select(-half_angle.y, half_angle.y, stream.sin_yaw >= 0.0), 0.0, half_angle.x);
+    let own = normalize(vec4(unpack2x16snorm(record.orientation_xy), unpack2x16snorm(record.orientation_zw)));
+    var out: LeafFall;
+    out.origin = stream.position + turned * stream.scale;
+    out.twig = quat_mul(yaw, own);
+    out.seed = hash(stream.seed, leaf);
+    out.path_group = stream.path_group;
+    out.detach_time = detach_of(stream, record.rank);
+    return out;
+}
+
+// Finds where leaves will land that have detached since the slots were last looked at.
+@compute @workgroup_size(64)
+fn land(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
+    let held = held_by(id.x, group.x * 64u);
+    if !held.held || slots[2u * id.x + 1u].z == held.entry + 1u {
+        return;
+    }
+    let stream = streams[held.stream];
+    let leaf = list_entry(stream, held.entry);
+    let falls = leaf_fall(stream, leaf, leaves[stream.leaf_first + leaf]);
+    let landing = landing_of(falls, variant_of(falls));
+    slots[2u * id.x] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
+    slots[2u * id.x + 1u] = vec4(
+        pack2x16snorm(landing.orientation.xy),
+        pack2x16snorm(landing.orientation.zw),
+        held.entry + 1u,
+        0u,
+    );
+}
+
+fn in_view(position: vec3<f32>, radius: f32) -> bool {
+    for (var i = 0u; i < 5u; i++) {
+        if dot(fall.frustum[i], vec4(position, 1.0)) < -radius {
+            return false;
+        }
+    }
+    return true;
+}
+
+// Seconds over which a lying leaf withers, and over which it is made small before its slot is taken
+// by another.
+const WITHERING: f32 = 240.0;
+const VANISHING: f32 = 6.0;
+
+var<workgroup> workgroup_count: atomic<u32>;
+var<workgroup> workgroup_first: u32;
+
+// Poses the leaves and gathers those in view for drawing.
+@compute @workgroup_size(64)
+fn pose(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let held = held_by(id.x, group.x * 64u);
+    var out: LooseLeaf;
+    var seen = false;
+    var bin = 0u;
+    var bin_first = 0u;
+    if held.held {
+        let stream = streams[held.stream];
+        bin = stream.bin;
+        bin_first = stream.bin_first;
+        let leaf = list_entry(stream, held.entry);
+        let record = leaves[stream.leaf_first + leaf];
+        let landing = bitcast<vec4<f32>>(slots[2u * id.x]);
+        let how = slots[2u * id.x + 1u];
+        let lying = normalize(vec4(unpack2x16snorm(how.x), unpack2x16snorm(how.y)));
+        let detach = detach_of(stream, record.rank);
+        let elapsed = fall.time - detach;
+        let key = hash(stream.seed, leaf);
+        out.scale = record.scale * stream.scale;
+        // Lying leaves stand a little apart, so that none flickers in another.
+        let stack = out.scale * stream.thickness + 0.002 + 0.012 * unit(hash(key, 13u));
+        var position = landing.xyz;
+        var orientation = lying;
+        var lift = stack;
+        var bend = 1.0;
+        var withered = 0.0;
+        if elapsed < landing.w {
+            let falls = leaf_fall(stream, leaf, record);
+            let pose = falling_pose(falls, variant_of(falls), landing.w, lying, elapsed);
+            position = pose.position;
+            orientation = pose.orientation;
+            bend = pose.bend;
+            let settle = settle_time(landing.w);
+            lift = stack * smooth_step(1.0 - (landing.w - elapsed) / max(settle, 1e-30));
+        } else {
+            withered = min((elapsed - landing.w) / WITHERING, 1.0);
+            let next = held.entry + stream.keep;
+            if next < stream.list_count {
+                let rank = leaves[stream.leaf_first + list_entry(stream, next)].rank;
+                out.scale *= clamp((detach_of(stream, rank) - fall.time) / VANISHING, 0.0, 1.0);
+            }
+        }
+        if lift > 0.0 {
+            let up = quat_rotate(lying, vec3(0.0, 1.0, 0.0));
+            position += lift * select(-up, up, up.y >= 0.0);
+        }
+        seen = in_view(position, stream.radius * out.scale);
+        out.position = position;
+        out.orientation_xy = pack2x16snorm(orientation.xy);
+        out.orientation_zw = pack2x16snorm(orientation.zw);
+
+        let model = stream.model;
+        let high = (record.center.y - models[model].crown_center.y) / models[model].crown_extent.y;
+        let season = leaf_season(stream.seed, stream.season_offset, leaf, high, models[model].palette_spread);
+        var color = vec3(season.brightness);
+        let colors = models[model].palette_count;
+        if colors > 0u {
+            let x = season.phase * f32(colors - 1u);
+            let i = min(u32(x), colors - 2u);
+            color *= mix(models[model].palette[i].rgb, models[model].palette[i + 1u].rgb, x - f32(i));
+        }
+        color *= mix(vec3(1.0), vec3(0.62, 0.48, 0.42), withered);
+        let look = unpack4x8unorm(record.look);
+        let bent = from_octahedral(unpack4x8snorm(record.look).zw);
+        let turned = vec3(
+            stream.cos_yaw * bent.x + stream.sin_yaw * bent.z,
+            bent.y,
+            stream.cos_yaw * bent.z - stream.sin_yaw * bent.x,
+        );
+        let inside = length((record.center - models[model].crown_center) / models[model].crown_extent);
+        let ambient = look.y * mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
+        out.color = pack4x8unorm(vec4(sqrt(color * 0.5), mix(ambient, 0.9, bend)));
+        out.look = (record.look & 0xffu)
+            | (pack4x8snorm(vec4(0.0, octahedral(turned), 0.0)) & 0x00ffff00u)
+            | (pack4x8unorm(vec4(0.0, 0.0, 0.0, bend)) & 0xff000000u);
+    }
+    if local == 0u {
+        atomicStore(&workgroup_count, 0u);
+    }
+    workgroupBarrier();
+    var place = 0u;
+    if seen {
+        place = atomicAdd(&workgroup_count, 1u);
+        // All leaves of a workgroup are of one draw: whoever is first asks for all of them.
+        if place == 0u {
+            workgroup_first = bin;
+        }
+    }
+    workgroupBarrier();
+    let count = atomicLoad(&workgroup_count);
+    if local == 0u && count > 0u {
+        workgroup_first = atomicAdd(&counters[5u * workgroup_first + 1u], count);
+    }
+    workgroupBarrier();
+    if seen {
+        drawn[bin_first + workgroup_first + place] = out;
+    }
+}

@@ -1,0 +1,29 @@
+// Colour of a leaf in the season: phase of the palette, and brightness.
+
+struct LeafSeason {
+    phase: f32,
+    brightness: f32,
+}
+
+// `high` is the leaf's height over the crown's centre in half crowns.
+fn leaf_season(tree_seed: u32, season_offset: f32, leaf: u32, high: f32, spread: f32) -> LeafSeason {
+    let key = hash(tree_seed, leaf);
+    // The top of the crown turns first; each tree and each leaf has its own time.
+    let own = (unit(hash(key, 10u)) + unit(hash(key, 12u)) - 1.0) * spread;
+    let phase = clamp(frame.season + season_offset + own + 0.12 * high, 0.0, 1.0);
+    return LeafSeason(phase, 0.82 + 0.36 * unit(hash(key, 11u)));
+}
+
+// A unit vector as a point of the square -1..1 (Meyer et al. 2010, octahedral normals).
+fn octahedral(n: vec3<f32>) -> vec2<f32> {
+    let p = n.xz / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2(-1.0), vec2(1.0), p >= vec2(0.0));
+    return select(folded, p, n.y >= 0.0);
+}
+
+fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
+    let y = 1.0 - abs(p.x) - abs(p.y);
+    let t = max(-y, 0.0);
+    let xz = p + select(vec2(t), vec2(-t), p >= vec2(0.0));
+    return normalize(vec3(xz.x, y, xz.y));
+}

@@ -1,0 +1,25 @@
+// When leaves detach: the twin of windfall_core::shed.
+
+fn detach_time(tree_seed: u32, delay: f32, gust_phase: f32, leaf_count: u32, rank: u32) -> f32 {
+    let jitter = unit(hash(tree_seed ^ 0x7e1ea5edu, rank));
+    let x = (f32(rank) + jitter) / f32(max(leaf_count, 1u));
+    let eased = x + fall.shed_peak / (2.0 * PI) * sin(2.0 * PI * x);
+    let even = fall.shed_start + delay + fall.shed_duration * eased;
+    let turns = fall.gust_rate * even + gust_phase;
+    return even + fall.shed_burst / (2.0 * PI * fall.gust_rate) * sin(2.0 * PI * (turns - floor(turns)));
+}
+
+// How many leaves have detached by now: those of lower shed rank.
+fn detached_by_now(tree_seed: u32, delay: f32, gust_phase: f32, leaf_count: u32) -> u32 {
+    var low = 0u;
+    var high = leaf_count;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if detach_time(tree_seed, delay, gust_phase, leaf_count, middle) <= fall.time {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}

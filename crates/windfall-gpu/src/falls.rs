@@ -1,0 +1,484 @@
+//! What a forest needs so that its leaves can fall: tables, streams and slots on the GPU.
+//!
+//! The leaves of one shape on one tree, in shed order, are a *stream*. At any time the detached ones
+//! are a prefix of it, and the last `keep` of those have a *slot* each: entry `j` is in slot
+//! `j % keep`. A slot caches where its leaf lands (32 bytes), and says which entry it was filled for;
+//! whatever the order in which moments are asked for, a slot that was filled for another entry is
+//! filled anew, so that any time gives the same picture as playing up to it.
+
+use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use half::f16;
+use wgpu::util::DeviceExt;
+use windfall_core::foliage::LeafShape;
+use windfall_core::forest::Forest;
+use windfall_core::path::{FallSettings, PathSet, Variation};
+use windfall_core::shed::Shedding;
+use windfall_core::tree::Tree;
+use windfall_core::wind::Wind;
+
+/// Threads of a workgroup, and the grain of slots.
+pub(crate) const GROUP: u32 = 64;
+
+/// How leaves fall in a forest.
+#[derive(Debug, Clone)]
+pub struct Falls {
+    /// The paths.
+    pub paths: PathSet,
+    /// For each tree model the group of paths that its leaves fall by; models beyond the list use
+    /// the first group.
+    pub groups: Vec<u32>,
+    /// When leaves detach.
+    pub shedding: Shedding,
+    /// What carries them.
+    pub wind: Wind,
+    /// How falls on the same path differ.
+    pub variation: Variation,
+    /// Start and end of falls.
+    pub settings: FallSettings,
+    /// Most leaves in the air and on the ground together: where there are more, those that have
+    /// lain longest vanish. 64 bytes of device memory each. Default 1,000,000.
+    pub capacity: u32,
+}
+
+impl Default for Falls {
+    fn default() -> Self {
+        Self {
+            paths: PathSet::builtin(),
+            groups: Vec::new(),
+            shedding: Shedding::default(),
+            wind: Wind::new(1.2, 0.6, 0.6, 1),
+            variation: Variation::default(),
+            settings: FallSettings::default(),
+            capacity: 1_000_000,
+        }
+    }
+}
+
+impl Falls {
+    /// A still forest: no leaf ever falls.
+    pub fn none() -> Self {
+        Self { shedding: Shedding::never(), capacity: 0, ..Self::default() }
+    }
+
+    /// The group of paths for a tree: that of its name, where the paths have one.
+    pub fn group_for(&self, tree: &Tree) -> u32 {
+        self.paths.group(&tree.name).unwrap_or(0)
+    }
+}
+
+/// A vertex of a leaf shape: 16 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(crate) struct ShapeVertex {
+    position: [f16; 4],
+    normal: [i8; 4],
+    uv: [f16; 2],
+}
+
+impl ShapeVertex {
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
+        wgpu::vertex_attr_array![0 => Float16x4, 1 => Snorm8x4, 2 => Float16x2];
+
+    fn new(shape: &LeafShape, i: usize) -> Self {
+        Self {
+            position: shape.positions[i].extend(0.0).to_array().map(f16::from_f32),
+            normal: crate::model::snorm(shape.normals[i]),
+            uv: shape.uvs[i].to_array().map(f16::from_f32),
+        }
+    }
+}
+
+/// One draw: the loose leaves of one shape of one model.
+pub(crate) struct Bin {
+    pub model: usize,
+    pub vertices: wgpu::Buffer,
+    pub indices: wgpu::Buffer,
+    /// First of its slots, and how many.
+    pub first: u32,
+    pub count: u32,
+}
+
+/// The falling and fallen leaves of a forest on the GPU.
+pub(crate) struct GpuFalls {
+    pub bins: Vec<Bin>,
+    pub slot_count: u32,
+    pub stream_count: u32,
+    pub uniform: wgpu::Buffer,
+    pub drawn: wgpu::Buffer,
+    pub counters: wgpu::Buffer,
+    pub arguments: wgpu::Buffer,
+    pub bind_group: wgpu::BindGroup,
+    frame: FallFrame,
+}
+
+impl GpuFalls {
+    pub fn new(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        trees: &[Tree],
+        models: &[Model],
+        forest: &Forest,
+        falls: &Falls,
+    ) -> Self {
+        let records = LeafRecords::new(trees);
+        let plan = Plan::new(trees, &records, forest, falls);
+        let (tables, mut frame) = tables(falls, forest);
+        frame.stream_count = plan.streams.len() as u32;
+        frame.slot_count = plan.slot_count;
+        frame.bin_count = plan.bins.len() as u32;
+
+        // A binding may not be empty.
+        let storage = |label, contents: &[u8]| {
+            let contents = if contents.is_empty() { &[0; 128] } else { contents };
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage: wgpu::BufferUsages::STORAGE,
+            })
+        };
+        let empty = |label, size: u64, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size.max(128),
+                usage: usage | wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            })
+        };
+        let slots = u64::from(plan.slot_count);
+        let drawn = empty(
+            "loose leaves",
+            slots * size_of::<LooseLeaf>() as u64,
+            wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
+        );
+        let words = 5 * plan.bins.len() + plan.streams.len();
+        let counters = empty(
+            "leaf counters",
+            words as u64 * 4,
+            wgpu::BufferUsages::INDIRECT
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
+        );
+        let mut list = plan.hints;
+        list.extend_from_slice(&records.shed_lists);
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("fall"),
+            size: size_of::<FallFrame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let buffers = [
+            &uniform,
+            &storage("path tables", bytemuck::cast_slice(&tables)),
+            &storage("streams", bytemuck::cast_slice(&plan.streams)),
+            &storage("shed lists", bytemuck::cast_slice(&list)),
+            &storage("leaf records", bytemuck::cast_slice(&records.records)),
+            &storage("models", bytemuck::cast_slice(models)),
+            &empty("leaf slots", slots * 32, wgpu::BufferUsages::COPY_SRC),
+            &drawn,
+            &counters,
+        ];
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+            .iter()
+            .enumerate()
+            .map(|(i, buffer)| wgpu::BindGroupEntry {
+                binding: i as u32,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("falls"),
+            layout,
+            entries: &entries,
+        });
+        let bins: Vec<Bin> = plan
+            .bins
+            .iter()
+            .map(|bin| {
+                let shape = &trees[bin.model].foliage.shapes[bin.shape];
+                let vertices: Vec<ShapeVertex> =
+                    (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
+                let init = |contents: &[u8], usage| {
+                    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                        label: Some("leaf shape"),
+                        contents,
+                        usage,
+                    })
+                };
+                Bin {
+                    model: bin.model,
+                    vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+                    indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
+                    first: bin.first,
+                    count: bin.count,
+                }
+            })
+            .collect();
+        let arguments: Vec<u32> = plan
+            .bins
+            .iter()
+            .flat_map(|bin| {
+                [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
+            })
+            .collect();
+        let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("empty draws"),
+            contents: if arguments.is_empty() {
+                &[0; 20]
+            } else {
+                bytemuck::cast_slice(&arguments)
+            },
+            usage: wgpu::BufferUsages::COPY_SRC,
+        });
+        Self {
+            bins,
+            slot_count: plan.slot_count,
+            stream_count: plan.streams.len() as u32,
+            uniform,
+            drawn,
+            counters,
+            arguments,
+            bind_group,
+            frame,
+        }
+    }
+
+    /// The uniforms of a moment.
+    pub fn frame(&self, clip_from_world: Mat4, time: f32, visible: u32) -> FallFrame {
+        let frustum = windfall_core::forest::Frustum::new(clip_from_world).planes();
+        FallFrame { frustum, time, visible_count: visible, ..self.frame }
+    }
+}
+
+/// The leaves of all models, and their shed order by shape.
+struct LeafRecords {
+    records: Vec<LeafRecord>,
+    /// For each model the index of its first record.
+    first: Vec<u32>,
+    shed_lists: Vec<u32>,
+    /// For each model and shape, where its shed list begins and how long it is.
+    lists: Vec<Vec<(u32, u32)>>,
+}
+
+impl LeafRecords {
+    fn new(trees: &[Tree]) -> Self {
+        let mut out = Self {
+            records: Vec::new(),
+            first: Vec::new(),
+            shed_lists: Vec::new(),
+            lists: Vec::new(),
+        };
+        for tree in trees {
+            let foliage = &tree.foliage;
+            out.first.push(out.records.len() as u32);
+            out.records.extend(foliage.leaves.iter().map(|leaf| {
+                let [orientation_xy, orientation_zw] = pack_rotation(leaf.orientation);
+                let bent = octahedral(leaf.bent_normal);
+                LeafRecord {
+                    center: leaf.center,
+                    scale: leaf.scale,
+                    orientation_xy,
+                    orientation_zw,
+                    rank: leaf.shed_rank,
+                    look: u32::from_le_bytes([
+                        leaf.material as u8,
+                        (leaf.ambient.clamp(0.0, 1.0) * 255.0).round() as u8,
+                        snorm8(bent.x),
+                        snorm8(bent.y),
+                    ]),
+                }
+            }));
+            let lists = (0..foliage.shapes.len() as u32).map(|shape| {
+                let begin = out.shed_lists.len();
+                out.shed_lists.extend(
+                    foliage
+                        .shed_order
+                        .iter()
+                        .filter(|&&leaf| foliage.leaves[leaf as usize].shape == shape),
+                );
+                (begin as u32, (out.shed_lists.len() - begin) as u32)
+            });
+            let lists = lists.collect();
+            out.lists.push(lists);
+        }
+        out
+    }
+}
+
+struct PlannedBin {
+    model: usize,
+    shape: usize,
+    first: u32,
+    count: u32,
+}
+
+/// Streams, bins and slots of a forest.
+struct Plan {
+    streams: Vec<Stream>,
+    bins: Vec<PlannedBin>,
+    /// For each [`GROUP`] slots the stream of the first.
+    hints: Vec<u32>,
+    slot_count: u32,
+}
+
+impl Plan {
+    fn new(trees: &[Tree], records: &LeafRecords, forest: &Forest, falls: &Falls) -> Self {
+        let mut plan =
+            Self { streams: Vec::new(), bins: Vec::new(), hints: Vec::new(), slot_count: 0 };
+        let leaves = |m: usize| trees[m].foliage.leaves.len() as u64;
+        let total: u64 = forest.instances.iter().map(|i| leaves(i.model as usize)).sum();
+        // Every stream keeps the same share of its leaves.
+        let share = (f64::from(falls.capacity) / total.max(1) as f64).min(1.0);
+        for (model, tree) in trees.iter().enumerate() {
+            for (shape, &(list_first, list_count)) in records.lists[model].iter().enumerate() {
+                let keep = (f64::from(list_count) * share).ceil() as u32;
+                if keep == 0 {
+                    continue;
+                }
+                let geometry = &tree.foliage.shapes[shape];
+                let first = plan.slot_count;
+                let bin = plan.bins.len() as u32;
+                for instance in forest.instances.iter().filter(|i| i.model as usize == model) {
+                    let leaf_count = tree.foliage.leaves.len() as u32;
+                    let shed = falls.shedding.tree(instance, leaf_count, &falls.wind);
+                    let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
+                    plan.streams.push(Stream {
+                        position: instance.position,
+                        scale: instance.scale,
+                        cos_yaw,
+                        sin_yaw,
+                        season_offset: instance.season_offset,
+                        seed: instance.seed,
+                        delay: shed.delay,
+                        gust_phase: shed.gust_phase,
+                        leaf_count,
+                        model: model as u32,
+                        list_first,
+                        list_count,
+                        slot_first: plan.slot_count,
+                        keep,
+                        bin,
+                        path_group: falls.groups.get(model).copied().unwrap_or(0),
+                        leaf_first: records.first[model],
+                        bin_first: first,
+                        thickness: geometry.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max),
+                        radius: geometry.radius(),
+                        padding0: 0,
+                        padding1: 0,
+                    });
+                    plan.slot_count += keep;
+                }
+                plan.slot_count = plan.slot_count.next_multiple_of(GROUP);
+                if plan.slot_count > first {
+                    plan.bins.push(PlannedBin {
+                        model,
+                        shape,
+                        first,
+                        count: plan.slot_count - first,
+                    });
+                }
+            }
+        }
+        let mut stream = 0;
+        for slot in (0..plan.slot_count).step_by(GROUP as usize) {
+            let ends = |s: &Stream| s.slot_first + s.keep;
+            while stream + 1 < plan.streams.len() && ends(&plan.streams[stream]) <= slot {
+                stream += 1;
+            }
+            plan.hints.push(stream as u32);
+        }
+        plan
+    }
+}
+
+/// Path tables and terrain as vectors (`shaders/shared/tables.wgsl`), and the frame's constants.
+fn tables(falls: &Falls, forest: &Forest) -> (Vec<Vec4>, FallFrame) {
+    let paths = falls.paths.tables();
+    let terrain = &forest.terrain;
+    let mut frame = FallFrame::zeroed();
+    let mut out: Vec<Vec4> = Vec::new();
+    for sample in &paths.samples {
+        out.push(Vec3::from(sample.position).extend(sample.low));
+        out.push(Vec4::from(sample.orientation));
+    }
+    frame.joint_table = out.len() as u32;
+    for j in &paths.joints {
+        out.push(Vec3::from(j.lap).extend(0.0));
+        out.push(Vec4::new(j.from as f32, j.to as f32, j.blend_start as f32, j.tail as f32));
+        out.push(Vec4::new((j.half_turn >> 16) as f32, (j.half_turn & 0xffff) as f32, 0.0, 0.0));
+    }
+    frame.record_table = out.len() as u32;
+    for p in &paths.paths {
+        let [a, b, c, d, e] =
+            [p.first_sample, p.first_start, p.start_count, p.first_joint, p.joint_count]
+                .map(|n| n as f32);
+        out.push(Vec4::new(a, b, c, d));
+        out.push(Vec4::new(e, p.rate, p.fastest_down, p.fastest_along));
+    }
+    let mut scalars = |values: &mut dyn Iterator<Item = f32>| {
+        let first = out.len() as u32;
+        let values: Vec<f32> = values.collect();
+        out.extend(values.chunks(4).map(|c| {
+            let mut v = [0.0; 4];
+            v[..c.len()].copy_from_slice(c);
+            Vec4::from(v)
+        }));
+        first
+    };
+    frame.start_table = scalars(&mut paths.starts.iter().map(|&s| s as f32));
+    frame.ground_table = scalars(&mut terrain.heights().iter().copied());
+    frame.group_table = out.len() as u32;
+    out.extend(paths.groups.iter().map(|g| Vec4::new(g[0] as f32, g[1] as f32, 0.0, 0.0)));
+
+    for (gust, into) in falls.wind.gusts.iter().zip(&mut frame.gusts) {
+        *into = Vec4::new(gust.amplitude.x, gust.amplitude.y, gust.cycles as f32, gust.phase);
+    }
+    frame.wind_mean = falls.wind.mean;
+    frame.wind_travel = falls.wind.travel;
+    frame.wind_slowness = falls.wind.slowness;
+    frame.wind_fastest = falls.wind.fastest();
+    let settings = &falls.settings;
+    frame.wind_response = settings.wind_response;
+    frame.soft_drop = settings.soft_drop;
+    frame.soft_time = settings.soft_time;
+    frame.settle_time = settings.settle_time;
+    frame.settle_turn = settings.settle_turn;
+    match &falls.variation {
+        Variation::Paper => frame.paper_variation = 1,
+        Variation::Hashed(bounds) => {
+            (frame.scale_low, frame.scale_high) = (bounds.scale.start, bounds.scale.end);
+            (frame.rate_low, frame.rate_high) = (bounds.rate.start, bounds.rate.end);
+        }
+    }
+    frame.ground_side = terrain.side();
+    frame.ground_cell = terrain.cell();
+    frame.ground_highest = terrain.range().1;
+    frame.ground_steepest = terrain.steepest();
+    frame.shed_start = falls.shedding.start;
+    frame.shed_duration = falls.shedding.duration;
+    frame.shed_peak = falls.shedding.peak;
+    frame.shed_burst = falls.shedding.burst;
+    frame.gust_rate = Shedding::gust_rate(&falls.wind);
+    (out, frame)
+}
+
+fn pack_rotation(q: Quat) -> [u32; 2] {
+    let [x, y, z, w] =
+        q.to_array().map(|c| u32::from((c.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16));
+    [x | y << 16, z | w << 16]
+}
+
+fn snorm8(v: f32) -> u8 {
+    (v.clamp(-1.0, 1.0) * 127.0).round() as i8 as u8
+}
+
+/// A unit vector as a point of the square -1..1; the twin is in `shaders/shared/season.wgsl`.
+fn octahedral(n: Vec3) -> Vec2 {
+    let p = Vec2::new(n.x, n.z) / (n.x.abs() + n.y.abs() + n.z.abs()).max(f32::MIN_POSITIVE);
+    if n.y >= 0.0 {
+        return p;
+    }
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+}

@@ -1,0 +1,72 @@
+//! How a render pipeline is made.
+
+use super::{Shaders, compose};
+use crate::renderer::{DEPTH, RADIANCE, SAMPLES};
+
+/// How a pipeline differs from the usual one.
+pub(crate) struct Draw<'a> {
+    pub label: &'a str,
+    /// The WGSL of this pass; shared code is put before it.
+    pub source: &'a str,
+    pub groups: &'a [&'a wgpu::BindGroupLayout],
+    pub buffers: &'a [wgpu::VertexBufferLayout<'a>],
+    pub cull: Option<wgpu::Face>,
+    /// Entry points.
+    pub vertex: &'a str,
+    pub fragment: &'a str,
+    pub alpha_to_coverage: bool,
+    /// Colour target without depth and multisampling, or the multisampled radiance with depth.
+    pub target: Option<wgpu::TextureFormat>,
+}
+
+impl Shaders<'_> {
+    pub fn pipeline(&self, draw: &Draw<'_>) -> wgpu::RenderPipeline {
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(draw.label),
+            source: wgpu::ShaderSource::Wgsl(
+                compose(&[include_str!("../../shaders/shared/instance.wgsl"), draw.source]).into(),
+            ),
+        });
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> = std::iter::once(self.frame_layout)
+            .chain(draw.groups.iter().copied())
+            .map(Some)
+            .collect();
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(draw.label),
+            bind_group_layouts: &groups,
+            immediate_size: 0,
+        });
+        let forest = draw.target.is_none();
+        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(draw.label),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(draw.vertex),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: draw.buffers,
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: draw.cull, ..Default::default() },
+            depth_stencil: forest.then(|| wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState {
+                count: if forest { SAMPLES } else { 1 },
+                mask: !0,
+                alpha_to_coverage_enabled: draw.alpha_to_coverage,
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(draw.fragment),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(draw.target.unwrap_or(RADIANCE).into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
