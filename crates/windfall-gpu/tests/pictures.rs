@@ -6,9 +6,12 @@ use glam::Vec3;
 use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
+use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree};
-use windfall_gpu::{Camera, Capture, GpuForest, Renderer, Sky, Target, View, wgpu, wgpu_profiler};
+use windfall_gpu::{
+    Camera, Capture, Falls, GpuForest, Renderer, Sky, Target, View, wgpu, wgpu_profiler,
+};
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
 const SIZE: (u32, u32) = (160, 90);
@@ -47,20 +50,40 @@ static STUDIO: LazyLock<Studio> = LazyLock::new(|| {
 /// One drawing at a time: the studio has one texture.
 static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
-fn paint(trees: &[Tree], forest: &Forest, view: &View) -> Vec<u8> {
+fn upload(trees: &[Tree], forest: &Forest, falls: &Falls) -> GpuForest {
+    let Studio { device, queue, renderer, .. } = &*STUDIO;
+    GpuForest::with_falls(device, queue, renderer, trees, forest, falls)
+}
+
+fn paint(forest: &GpuForest, view: &View) -> Vec<u8> {
     let Studio { device, queue, profiler, renderer, texture } = &*STUDIO;
     let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let gpu_forest = GpuForest::new(device, queue, renderer, trees, forest);
     let canvas = renderer.canvas(device, SIZE.0, SIZE.1);
     let picture = texture.create_view(&wgpu::TextureViewDescriptor::default());
     let target = Target { canvas: &canvas, picture: &picture };
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.render(queue, &mut encoder, profiler, &gpu_forest, view, target);
+    renderer.render(queue, &mut encoder, profiler, forest, view, target);
     let capture = Capture::encode(device, &mut encoder, texture);
     queue.submit([encoder.finish()]);
     capture.map();
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     capture.take().unwrap().unwrap()
+}
+
+/// A forest in which no leaf falls.
+fn paint_still(trees: &[Tree], forest: &Forest, view: &View) -> Vec<u8> {
+    paint(&upload(trees, forest, &Falls::none()), view)
+}
+
+/// Half of all leaves fall within a minute, in a breeze.
+fn falls(trees: &[Tree]) -> Falls {
+    let mut falls = Falls {
+        shedding: Shedding { start: 0.0, duration: 120.0, ..Shedding::default() },
+        capacity: 200_000,
+        ..Falls::default()
+    };
+    falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
+    falls
 }
 
 fn view(eye: [f32; 3], target: [f32; 3]) -> View {
@@ -117,9 +140,12 @@ fn masked() -> Tree {
     tree
 }
 
+fn compare(name: &str, rgba: &[u8]) {
+    Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(name, SIZE, rgba, Tolerance::default());
+}
+
 fn check(name: &str, (trees, forest): (Vec<Tree>, Forest), view: &View) {
-    let rgba = paint(&trees, &forest, view);
-    Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(name, SIZE, &rgba, Tolerance::default());
+    compare(name, &paint_still(&trees, &forest, view));
 }
 
 #[test]
@@ -162,6 +188,27 @@ fn a_glade_in_late_summer_haze() {
     check("glade-haze", glade(), &view);
 }
 
+#[test]
+fn leaves_in_the_air_and_on_the_ground() {
+    let (trees, forest) = glade();
+    let view = View { time: 60.0, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    compare("falling", &paint(&upload(&trees, &forest, &falls(&trees)), &view));
+}
+
+#[test]
+fn a_moment_is_the_same_whatever_came_before_it() {
+    let (trees, forest) = glade();
+    let falls = falls(&trees);
+    let at = |time| View { time, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    let alone = paint(&upload(&trees, &forest, &falls), &at(40.0));
+    let played = upload(&trees, &forest, &falls);
+    let moments = [0.0, 40.0, 90.0, 40.0, 39.9, 40.0, -5.0, 40.0].map(|t| paint(&played, &at(t)));
+    for i in [1, 3, 5, 7] {
+        assert!(moments[i] == alone, "moment {i} differs");
+    }
+    assert!(moments[2] != alone && moments[4] != alone, "time changes the picture");
+}
+
 /// What the tolerance must not let pass: a later season, one tree of twelve less, a camera half a
 /// metre off.
 #[test]
@@ -171,8 +218,8 @@ fn perturbed_pictures_fail() {
     let here = view([0.0, 3.0, 30.0], [0.0, 5.0, 0.0]);
     let (trees, forest) = glade();
     let tolerance = Tolerance::default();
-    at(true).assert("glade", SIZE, &paint(&trees, &forest, &here), tolerance);
-    at(false).assert("glade", SIZE, &paint(&trees, &forest, &here), tolerance);
+    at(true).assert("glade", SIZE, &paint_still(&trees, &forest, &here), tolerance);
+    at(false).assert("glade", SIZE, &paint_still(&trees, &forest, &here), tolerance);
 
     let mut fewer = forest.clone();
     // The nearest one: one that others hide would rightly change nothing.
@@ -186,7 +233,7 @@ fn perturbed_pictures_fail() {
     for (what, forest, view) in
         [("one tree less", &fewer, &here), ("later", &forest, &later), ("moved", &forest, &moved)]
     {
-        let failed = at(false).check("glade", SIZE, &paint(&trees, forest, view), tolerance);
+        let failed = at(false).check("glade", SIZE, &paint_still(&trees, forest, view), tolerance);
         assert!(matches!(failed, Err(Mismatch::Different { .. })), "{what}: {failed:?}");
     }
     std::fs::remove_dir_all(folder).unwrap();

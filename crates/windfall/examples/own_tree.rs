@@ -9,7 +9,7 @@ use windfall::forest::{KeepOut, Placement, Terrain};
 use windfall::glam::{Vec2, Vec3};
 use windfall::tree::{ImportOptions, export_glb, import, species::Species};
 use windfall::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
-use windfall::{Camera, Capture, GpuForest, Renderer, Sky, Target, View, wgpu};
+use windfall::{Camera, Capture, Falls, GpuForest, Renderer, Sky, Target, View, wgpu};
 
 const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 960, height: 540, depth_or_array_layers: 1 };
 
@@ -58,12 +58,13 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
 
     // Once per device, per forest, per size of picture.
     let renderer = Renderer::new(&device, texture.format());
-    let gpu_forest = GpuForest::new(&device, &queue, &renderer, &[tree], &forest);
+    let falls = Falls::default();
+    let gpu_forest = GpuForest::with_falls(&device, &queue, &renderer, &[tree], &forest, &falls);
     let canvas = renderer.canvas(&device, SIZE.width, SIZE.height);
 
     // A frame, and its way back.
     let camera = Camera { eye, target, fov_y: 0.9, near: 0.1 };
-    let view = View { camera, sky: Sky::default(), time: 0.0, season: 0.55 };
+    let view = View { camera, sky: Sky::default(), time: 20.0, season: 0.55 };
     let mut encoder = device.create_command_encoder(&Default::default());
     let target = Target { canvas: &canvas, picture: &texture.create_view(&Default::default()) };
     let stats = renderer.render(&queue, &mut encoder, &profiler, &gpu_forest, &view, target);

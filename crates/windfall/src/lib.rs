@@ -15,7 +15,7 @@
 //! use windfall::glam::Vec3;
 //! use windfall::tree::species::Species;
 //! use windfall::wgpu_profiler::GpuProfiler;
-//! use windfall::{Camera, GpuForest, Renderer, Sky, Target, View, wgpu};
+//! use windfall::{Camera, Falls, GpuForest, Renderer, Sky, Target, View, wgpu};
 //!
 //! # fn host(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &GpuProfiler,
 //! #     picture: &wgpu::TextureView) {
@@ -31,7 +31,8 @@
 //! };
 //! let forest = placement.place(Terrain::rolling(300.0, 2.0, 7), &[1.0, 1.0]);
 //! let renderer = Renderer::new(device, wgpu::TextureFormat::Rgba8UnormSrgb);
-//! let gpu_forest = GpuForest::new(device, queue, &renderer, &trees, &forest);
+//! let falls = Falls::default();
+//! let gpu_forest = GpuForest::with_falls(device, queue, &renderer, &trees, &forest, &falls);
 //! let canvas = renderer.canvas(device, 1280, 720);
 //!
 //! // Every frame: a view, recorded into the host's encoder.
@@ -63,6 +64,6 @@
 #![deny(missing_docs)]
 
 pub use windfall_core::{InputError, InputErrorKind, glam};
-pub use windfall_core::{error, flight, foliage, forest, path, rng, tree, wind};
-pub use windfall_gpu::{Camera, Canvas, Capture, FrameStats, GpuForest, Renderer, Sky};
+pub use windfall_core::{error, flight, foliage, forest, path, rng, shed, tree, wind};
+pub use windfall_gpu::{Camera, Canvas, Capture, Falls, FrameStats, GpuForest, Renderer, Sky};
 pub use windfall_gpu::{Target, View, model_bytes, wgpu, wgpu_profiler};
