@@ -10,8 +10,13 @@
 // Two vectors a slot: where and when the leaf lands; how it lies, and the entry (plus one) it is of.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
-// Five words a draw: its indirect arguments. Then a word a stream: its leaves that have detached.
+// Five words a draw: its indirect arguments. Then the tallies. Then a word a stream: its leaves
+// that have detached.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
+
+// Leaves in the air, of those drawn, leaves on the ground, of those drawn, leaves drawn on twigs;
+// three words are unused.
+const TALLIES: u32 = 8u;
 
 fn table(i: u32) -> vec4<f32> {
     return tables[i];
@@ -43,7 +48,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
             high = middle;
         }
     }
-    atomicStore(&counters[5u * fall.bin_count + id.x], low);
+    atomicStore(&counters[5u * fall.bin_count + TALLIES + id.x], low);
 }
 
 // The leaf that a slot holds now.
@@ -65,7 +70,7 @@ fn held_by(slot: u32, first_slot: u32) -> Held {
     if s >= fall.stream_count || slot < streams[s].slot_first {
         return out;
     }
-    let detached = atomicLoad(&counters[5u * fall.bin_count + s]);
+    let detached = atomicLoad(&counters[5u * fall.bin_count + TALLIES + s]);
     let keep = streams[s].keep;
     let local = slot - streams[s].slot_first;
     if detached == 0u {
@@ -134,6 +139,7 @@ const VANISHING: f32 = 6.0;
 
 var<workgroup> workgroup_count: atomic<u32>;
 var<workgroup> workgroup_first: u32;
+var<workgroup> workgroup_tally: array<atomic<u32>, 4>;
 
 // Poses the leaves and gathers those in view for drawing.
 @compute @workgroup_size(64)
@@ -145,6 +151,7 @@ fn pose(
     let held = held_by(id.x, group.x * 64u);
     var out: LooseLeaf;
     var seen = false;
+    var in_air = false;
     var bin = 0u;
     var bin_first = 0u;
     if held.held {
@@ -167,7 +174,8 @@ fn pose(
         var lift = stack;
         var bend = 1.0;
         var withered = 0.0;
-        if elapsed < landing.w {
+        in_air = elapsed < landing.w;
+        if in_air {
             let falls = leaf_fall(stream, leaf, record);
             let pose = falling_pose(falls, variant_of(falls), landing.w, lying, elapsed);
             position = pose.position;
@@ -219,17 +227,30 @@ fn pose(
     }
     if local == 0u {
         atomicStore(&workgroup_count, 0u);
+        for (var i = 0u; i < 4u; i++) {
+            atomicStore(&workgroup_tally[i], 0u);
+        }
     }
     workgroupBarrier();
+    if held.held {
+        atomicAdd(&workgroup_tally[select(2u, 0u, in_air)], 1u);
+    }
     var place = 0u;
     if seen {
         place = atomicAdd(&workgroup_count, 1u);
+        atomicAdd(&workgroup_tally[select(3u, 1u, in_air)], 1u);
         // All leaves of a workgroup are of one draw: whoever is first asks for all of them.
         if place == 0u {
             workgroup_first = bin;
         }
     }
     workgroupBarrier();
+    if local < 4u {
+        let tally = atomicLoad(&workgroup_tally[local]);
+        if tally > 0u {
+            atomicAdd(&counters[5u * fall.bin_count + local], tally);
+        }
+    }
     let count = atomicLoad(&workgroup_count);
     if local == 0u && count > 0u {
         workgroup_first = atomicAdd(&counters[5u * workgroup_first + 1u], count);

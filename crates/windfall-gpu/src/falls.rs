@@ -21,6 +21,9 @@ use windfall_core::wind::Wind;
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
 
+/// Words between the indirect arguments and the streams' counters (`shaders/falls.wgsl`).
+pub(crate) const TALLIES: usize = 8;
+
 /// How leaves fall in a forest.
 #[derive(Debug, Clone)]
 pub struct Falls {
@@ -129,9 +132,9 @@ impl GpuFalls {
         frame.slot_count = plan.slot_count;
         frame.bin_count = plan.bins.len() as u32;
 
-        // A binding may not be empty.
+        // A binding may not be smaller than one element; the largest, `Model`, has 176 bytes.
         let storage = |label, contents: &[u8]| {
-            let contents = if contents.is_empty() { &[0; 128] } else { contents };
+            let contents = if contents.is_empty() { &[0; 256] } else { contents };
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
@@ -141,7 +144,7 @@ impl GpuFalls {
         let empty = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(128),
+                size: size.max(256),
                 usage: usage | wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             })
@@ -152,7 +155,7 @@ impl GpuFalls {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + plan.streams.len();
+        let words = 5 * plan.bins.len() + TALLIES + plan.streams.len();
         let counters = empty(
             "leaf counters",
             words as u64 * 4,
@@ -221,14 +224,11 @@ impl GpuFalls {
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
+            .chain([0; TALLIES])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
-            contents: if arguments.is_empty() {
-                &[0; 20]
-            } else {
-                bytemuck::cast_slice(&arguments)
-            },
+            contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
         Self {

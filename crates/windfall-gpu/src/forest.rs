@@ -51,7 +51,7 @@ pub struct GpuForest {
 }
 
 /// What a frame held and drew.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameStats {
     /// Trees of the forest.
     pub trees: u64,
@@ -59,14 +59,12 @@ pub struct FrameStats {
     pub trees_visible: u64,
     /// Leaves of all trees.
     pub leaves_total: u64,
-    /// Leaves drawn on their twigs.
-    pub leaves_hanging_drawn: u64,
+    /// Leaves of the visible trees, wherever they are.
+    pub leaves_visible: u64,
     /// Triangles of all trees, unsimplified.
     pub triangles_full: u64,
-    /// Triangles of trees that were drawn.
+    /// Triangles of the trees in view.
     pub triangles_drawn: u64,
-    /// Drawn leaves over the leaves of the visible trees; 1 where nothing is visible.
-    pub lambda_total: f64,
 }
 
 impl GpuForest {
@@ -130,6 +128,7 @@ impl GpuForest {
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: falls.uniform.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: instances.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 2, resource: falls.counters.as_entire_binding() },
             ],
         });
         Self {
@@ -153,7 +152,6 @@ impl GpuForest {
         let mut stats = FrameStats::default();
         let mut visible: Vec<TreeInstance> = Vec::new();
         let mut ranges = Vec::with_capacity(self.models.len());
-        let mut leaves_visible = 0;
         for (m, trees) in self.trees.iter().enumerate() {
             let first = visible.len() as u32;
             visible.extend(
@@ -169,16 +167,10 @@ impl GpuForest {
             stats.trees += trees.len() as u64;
             stats.trees_visible += drawn;
             stats.leaves_total += trees.len() as u64 * leaves;
-            stats.leaves_hanging_drawn += drawn * leaves;
-            leaves_visible += drawn * leaves;
+            stats.leaves_visible += drawn * leaves;
             stats.triangles_full += trees.len() as u64 * triangles;
             stats.triangles_drawn += drawn * triangles;
         }
-        stats.lambda_total = if leaves_visible > 0 {
-            stats.leaves_hanging_drawn as f64 / leaves_visible as f64
-        } else {
-            1.0
-        };
         queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&visible));
         (ranges, stats)
     }

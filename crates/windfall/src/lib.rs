@@ -65,5 +65,5 @@
 
 pub use windfall_core::{InputError, InputErrorKind, glam};
 pub use windfall_core::{error, flight, foliage, forest, path, rng, shed, tree, wind};
-pub use windfall_gpu::{Camera, Canvas, Capture, Falls, FrameStats, GpuForest, Renderer, Sky};
-pub use windfall_gpu::{Target, View, model_bytes, wgpu, wgpu_profiler};
+pub use windfall_gpu::{Camera, Canvas, Capture, CountLeaves, Falls, FrameStats, GpuForest};
+pub use windfall_gpu::{LeafCounts, Renderer, Sky, Target, View, model_bytes, wgpu, wgpu_profiler};
