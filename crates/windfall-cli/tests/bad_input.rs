@@ -1,4 +1,5 @@
 //! Bad input: an error that names the file, the place and the cause, status 1, no panic, no output.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 mod common;
 

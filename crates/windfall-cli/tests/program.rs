@@ -1,4 +1,5 @@
 //! The program as a whole: exit codes, what goes where, help, scenes, trees, completions.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! `windfall render`: the same bytes again, films, what it prints.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 mod common;
 

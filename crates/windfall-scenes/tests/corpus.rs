@@ -1,5 +1,6 @@
 //! Replays the corpus of the fuzz target `scene`, as it is and bent: a scene or an error, never a
 //! panic.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 use std::path::{Path, PathBuf};
 use windfall_core::rng::Rng;

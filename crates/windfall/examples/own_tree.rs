@@ -14,6 +14,10 @@ use windfall::{Camera, Capture, Falls, GpuForest, Renderer, Sky, Target, View, w
 const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 960, height: 540, depth_or_array_layers: 1 };
 
 /// Renders a forest of the tree in `tree` to the PNG `picture`.
+///
+/// # Errors
+///
+/// A file that is no tree, no adapter, or a picture that cannot be written.
 pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
     // The tree. The library opens no file: what a .gltf names beside itself is asked for here.
     let folder = tree.parent().unwrap_or(Path::new(""));

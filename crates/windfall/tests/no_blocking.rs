@@ -1,6 +1,7 @@
 //! `windfall-core` and `windfall-gpu` run in browsers: no files, threads, clocks or waiting.
 //!
 //! A lint would ban these for the crates' tests too, which may open files; so the sources are read.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 use std::path::{Path, PathBuf};
 
