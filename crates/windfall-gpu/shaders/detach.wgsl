@@ -6,11 +6,13 @@
 
 @compute @workgroup_size(64)
 fn detach(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= fall.visible_count {
+    if id.x >= fall.tree_count {
         return;
     }
     let tree = visible[id.x];
     let detached = detached_by_now(tree.seed, tree.delay, tree.gust_phase, tree.leaf_count);
     visible[id.x].detached = detached;
-    atomicAdd(&counters[5u * fall.bin_count + 4u], tree.leaf_count - detached);
+    if id.x < fall.visible_count {
+        atomicAdd(&counters[5u * fall.bin_count + 4u], tree.leaf_count - detached);
+    }
 }

@@ -8,15 +8,12 @@
 @group(1) @binding(4) var<storage, read> leaves: array<LeafRecord>;
 @group(1) @binding(5) var<storage, read> models: array<Model>;
 // Two vectors a slot: where and when the leaf lands; how it lies, and the entry (plus one) it is of.
+// Then a vector a stream, of which x counts the leaves that have detached.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
-// Five words a draw: its indirect arguments. Then the tallies. Then a word a stream: its leaves
-// that have detached.
+// Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
+// leaves on the ground, of those drawn, leaves drawn on twigs.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
-
-// Leaves in the air, of those drawn, leaves on the ground, of those drawn, leaves drawn on twigs;
-// three words are unused.
-const TALLIES: u32 = 8u;
 
 fn table(i: u32) -> vec4<f32> {
     return tables[i];
@@ -48,7 +45,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
             high = middle;
         }
     }
-    atomicStore(&counters[5u * fall.bin_count + TALLIES + id.x], low);
+    slots[2u * fall.slot_count + id.x] = vec4(low, 0u, 0u, 0u);
 }
 
 // The leaf that a slot holds now.
@@ -70,7 +67,7 @@ fn held_by(slot: u32, first_slot: u32) -> Held {
     if s >= fall.stream_count || slot < streams[s].slot_first {
         return out;
     }
-    let detached = atomicLoad(&counters[5u * fall.bin_count + TALLIES + s]);
+    let detached = slots[2u * fall.slot_count + s].x;
     let keep = streams[s].keep;
     let local = slot - streams[s].slot_first;
     if detached == 0u {

@@ -8,11 +8,11 @@
 
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
-use windfall_core::forest::Forest;
+use windfall_core::forest::{Forest, Frustum};
 use windfall_core::path::{FallSettings, PathSet, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -21,7 +21,7 @@ use windfall_core::wind::Wind;
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
 
-/// Words between the indirect arguments and the streams' counters (`shaders/falls.wgsl`).
+/// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 8;
 
 /// How leaves fall in a forest.
@@ -155,7 +155,7 @@ impl GpuFalls {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + TALLIES + plan.streams.len();
+        let words = 5 * plan.bins.len() + TALLIES;
         let counters = empty(
             "leaf counters",
             words as u64 * 4,
@@ -178,7 +178,11 @@ impl GpuFalls {
             &storage("shed lists", bytemuck::cast_slice(&list)),
             &storage("leaf records", bytemuck::cast_slice(&records.records)),
             &storage("models", bytemuck::cast_slice(models)),
-            &empty("leaf slots", slots * 32, wgpu::BufferUsages::COPY_SRC),
+            &empty(
+                "leaf slots",
+                slots * 32 + plan.streams.len() as u64 * 16,
+                wgpu::BufferUsages::empty(),
+            ),
             &drawn,
             &counters,
         ];
@@ -244,10 +248,11 @@ impl GpuFalls {
         }
     }
 
-    /// The uniforms of a moment.
-    pub fn frame(&self, clip_from_world: Mat4, time: f32, visible: u32) -> FallFrame {
-        let frustum = windfall_core::forest::Frustum::new(clip_from_world).planes();
-        FallFrame { frustum, time, visible_count: visible, ..self.frame }
+    /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
+    /// view.
+    pub fn frame(&self, frustum: &Frustum, time: f32, visible: u32, trees: u32) -> FallFrame {
+        let frustum = frustum.planes();
+        FallFrame { frustum, time, visible_count: visible, tree_count: trees, ..self.frame }
     }
 }
 

@@ -3,10 +3,11 @@
 use crate::falls::{Falls, GpuFalls};
 use crate::model::GpuModel;
 use crate::pass::ground::GroundMesh;
+use crate::pass::shadow::{CASCADES, Volume};
 use crate::renderer::Renderer;
 use crate::shared::{Model, TreeInstance};
 use glam::Vec3;
-use windfall_core::forest::{Forest, Frustum, Instance};
+use windfall_core::forest::{Forest, Instance};
 use windfall_core::shed::TreeShedding;
 use windfall_core::tree::Tree;
 
@@ -114,7 +115,9 @@ impl GpuForest {
         }
         let instances = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("visible trees"),
-            size: (forest.instances.len().max(1) * size_of::<TreeInstance>()) as u64,
+            // Once for the view and once for each shadow map.
+            size: (forest.instances.len().max(1) * size_of::<TreeInstance>() * (1 + CASCADES))
+                as u64,
             usage: wgpu::BufferUsages::VERTEX
                 | wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_DST,
@@ -143,35 +146,31 @@ impl GpuForest {
         }
     }
 
-    /// Uploads the trees in view; per model their range in the instance buffer.
-    pub(crate) fn cull(
-        &self,
-        queue: &wgpu::Queue,
-        frustum: &Frustum,
-    ) -> (Vec<Visible>, FrameStats) {
+    /// Appends the trees that a volume holds to `trees`; per model their range.
+    pub(crate) fn cull(&self, volume: &Volume<'_>, trees: &mut Vec<TreeInstance>) -> Vec<Visible> {
+        let ranges = self.trees.iter().map(|model| {
+            let first = trees.len() as u32;
+            let inside = model.iter().filter(|(_, center, radius)| volume.holds(*center, *radius));
+            trees.extend(inside.map(|tree| tree.0));
+            first..trees.len() as u32
+        });
+        ranges.collect()
+    }
+
+    /// What a frame holds that draws these trees.
+    pub(crate) fn stats(&self, visible: &[Visible]) -> FrameStats {
         let mut stats = FrameStats::default();
-        let mut visible: Vec<TreeInstance> = Vec::new();
-        let mut ranges = Vec::with_capacity(self.models.len());
-        for (m, trees) in self.trees.iter().enumerate() {
-            let first = visible.len() as u32;
-            visible.extend(
-                trees
-                    .iter()
-                    .filter(|(_, center, radius)| frustum.sees_sphere(*center, *radius))
-                    .map(|t| t.0),
-            );
-            ranges.push(first..visible.len() as u32);
-            let drawn = u64::from(visible.len() as u32 - first);
+        for (m, (trees, range)) in self.trees.iter().zip(visible).enumerate() {
+            let (all, drawn) = (trees.len() as u64, range.len() as u64);
             let leaves = u64::from(self.models[m].leaf_count);
             let triangles = self.wood_triangles[m] + self.leaf_triangles[m];
-            stats.trees += trees.len() as u64;
+            stats.trees += all;
             stats.trees_visible += drawn;
-            stats.leaves_total += trees.len() as u64 * leaves;
+            stats.leaves_total += all * leaves;
             stats.leaves_visible += drawn * leaves;
-            stats.triangles_full += trees.len() as u64 * triangles;
+            stats.triangles_full += all * triangles;
             stats.triangles_drawn += drawn * triangles;
         }
-        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&visible));
-        (ranges, stats)
+        stats
     }
 }

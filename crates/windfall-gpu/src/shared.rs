@@ -100,6 +100,12 @@ gpu_struct! {
         pub clip_from_world: Mat4,
         /// Its inverse.
         pub world_from_clip: Mat4,
+        /// Clip space of the shadow maps, nearest cascade first.
+        pub shadow_from_world: [Mat4; 3],
+        /// Distances at which the cascades end, metres; `w` is 1 with shadows and 0 without.
+        pub shadow_ends: Vec4,
+        /// Sizes of the cascades' texels, metres; `w` is a texel's share of a map.
+        pub shadow_texels: Vec4,
         /// The camera, metres.
         pub eye: Vec3,
         /// Seconds since the scene began.
@@ -272,8 +278,10 @@ gpu_struct! {
         pub slot_count: u32,
         /// Draws: one for each model and shape.
         pub bin_count: u32,
-        /// Trees in the visible list.
+        /// Trees in view: the first of the instance buffer.
         pub visible_count: u32,
+        /// All trees of the instance buffer: in view or casting shadows.
+        pub tree_count: u32,
         /// Where the tables' sections begin, in vectors.
         pub joint_table: u32,
         /// Where the tables' sections begin, in vectors.
@@ -284,8 +292,6 @@ gpu_struct! {
         pub group_table: u32,
         /// Where the tables' sections begin, in vectors.
         pub ground_table: u32,
-        /// Unused.
-        pub padding: u32,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the host says of a frame: camera, time, sky.
 
 use crate::shared::Frame;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4};
 
 /// A pinhole camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +67,8 @@ pub struct View {
     pub time: f32,
     /// Phase of autumn, 0 late summer to 1 bare.
     pub season: f32,
+    /// Whether the sun casts shadows.
+    pub shadows: bool,
 }
 
 impl View {
@@ -82,6 +84,9 @@ impl View {
         Frame {
             clip_from_world,
             world_from_clip: clip_from_world.inverse(),
+            shadow_from_world: [Mat4::IDENTITY; 3],
+            shadow_ends: Vec4::ZERO,
+            shadow_texels: Vec4::ONE,
             eye: self.camera.eye,
             time: self.time,
             sun_direction: self.sky.sun_direction(),

@@ -131,6 +131,7 @@ impl Scene {
             },
             time,
             season: self.season,
+            shadows: self.shadows,
         }
     }
 

@@ -1,6 +1,9 @@
 //! Leaves in the air and on the ground, by compute: where they land, where they are, their draws.
 
-use super::{Shaders, compose, draw::Draw};
+use super::{
+    Shaders, compose,
+    draw::{Draw, DrawTarget},
+};
 use crate::falls::{GROUP, GpuFalls, ShapeVertex};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
@@ -14,6 +17,8 @@ pub(crate) struct Falls {
     pose: wgpu::ComputePipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
+    solid_shadow: wgpu::RenderPipeline,
+    masked_shadow: wgpu::RenderPipeline,
 }
 
 const SHARED: [&str; 3] = [
@@ -84,7 +89,7 @@ impl Falls {
                 3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32
             ],
         };
-        let draw = |label, fragment, alpha_to_coverage| {
+        let draw = |label, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
@@ -94,7 +99,7 @@ impl Falls {
                 vertex: "loose",
                 fragment,
                 alpha_to_coverage,
-                target: None,
+                target,
             })
         };
         Self {
@@ -102,8 +107,15 @@ impl Falls {
             windows: compute("windows", falls, &SHARED, &layout_falls),
             land: compute("land", falls, &SHARED, &layout_falls),
             pose: compute("pose", falls, &SHARED, &layout_falls),
-            solid: draw("loose leaves", "solid", false),
-            masked: draw("masked loose leaves", "masked", true),
+            solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
+            masked: draw("masked loose leaves", Some("masked"), true, DrawTarget::Radiance),
+            solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow),
+            masked_shadow: draw(
+                "masked loose leaf shadow",
+                Some("masked_shadow"),
+                false,
+                DrawTarget::Shadow,
+            ),
             layout: layout_falls,
             detach_layout,
         }
@@ -133,10 +145,23 @@ impl Falls {
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
+        Self::draw_bins(pass, forest, &self.solid, &self.masked);
+    }
+
+    pub fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
+        Self::draw_bins(pass, forest, &self.solid_shadow, &self.masked_shadow);
+    }
+
+    fn draw_bins(
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &GpuForest,
+        solid: &wgpu::RenderPipeline,
+        masked: &wgpu::RenderPipeline,
+    ) {
         let falls = &forest.falls;
         for (i, bin) in falls.bins.iter().enumerate() {
             let part = &forest.models[bin.model].leaves;
-            pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+            pass.set_pipeline(if part.masked { masked } else { solid });
             pass.set_bind_group(1, &part.bind_group, &[]);
             pass.set_vertex_buffer(0, bin.vertices.slice(..));
             let size = size_of::<LooseLeaf>() as u64;
@@ -271,6 +296,7 @@ mod tests {
                 sky: Sky::default(),
                 time,
                 season: 0.5,
+                shadows: false,
             };
             let profiler = GpuProfiler::new(
                 device,

@@ -4,6 +4,7 @@ mod draw;
 mod falls;
 pub(crate) mod ground;
 mod leaves;
+pub(crate) mod shadow;
 mod sky;
 mod tone_map;
 mod wood;
