@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use windfall_core::tree::Tree;
@@ -128,6 +128,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
     let painter = Painter::new(&gpu, &stage, scene.size);
+    gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
@@ -154,7 +155,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     progress.finish_and_clear();
     if args.json {
         let report = Report { adapter: gpu.adapter, size: scene.size, frames: reports };
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
 }
@@ -310,6 +311,7 @@ impl Painter {
         capture.map();
         count.map();
         gpu.wait()?;
+        gpu.check()?;
         let leaves = count.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
         let report = FrameReport {

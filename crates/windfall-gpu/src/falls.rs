@@ -132,9 +132,9 @@ impl GpuFalls {
         frame.slot_count = plan.slot_count;
         frame.bin_count = plan.bins.len() as u32;
 
-        // A binding may not be empty.
+        // A binding may not be smaller than one element; the largest, `Model`, has 176 bytes.
         let storage = |label, contents: &[u8]| {
-            let contents = if contents.is_empty() { &[0; 128] } else { contents };
+            let contents = if contents.is_empty() { &[0; 256] } else { contents };
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
@@ -144,7 +144,7 @@ impl GpuFalls {
         let empty = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(128),
+                size: size.max(256),
                 usage: usage | wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             })
