@@ -12,7 +12,8 @@
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
-// leaves on the ground, of those drawn, leaves drawn on twigs.
+// leaves on the ground, of those drawn, leaves drawn on twigs; then how many slots `land` has to
+// fill: in workgroups, 1, and in slots.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
 fn table(i: u32) -> vec4<f32> {
@@ -100,19 +101,34 @@ fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
     return out;
 }
 
-// Finds where leaves will land that have detached since the slots were last looked at.
+// Lists the slots whose leaf has changed: those that detached since the slots were last looked at,
+// or all of them after a seek. The list is kept in `drawn`, which nothing else uses yet.
 @compute @workgroup_size(64)
-fn land(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
+fn find(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let held = held_by(id.x, group.x * 64u);
-    if !held.held || slots[2u * id.x + 1u].z == held.entry + 1u {
+    if held.held && slots[2u * id.x + 1u].z != held.entry + 1u {
+        let i = atomicAdd(&counters[5u * fall.bin_count + 7u], 1u);
+        drawn[i].look = id.x;
+        if i % 64u == 0u {
+            atomicAdd(&counters[5u * fall.bin_count + 5u], 1u);
+        }
+    }
+}
+
+// Finds where the leaves of the listed slots will land.
+@compute @workgroup_size(64)
+fn land(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= atomicLoad(&counters[5u * fall.bin_count + 7u]) {
         return;
     }
+    let slot = drawn[id.x].look;
+    let held = held_by(slot, slot);
     let stream = streams[held.stream];
     let leaf = list_entry(stream, held.entry);
     let falls = leaf_fall(stream, leaf, leaves[stream.leaf_first + leaf]);
     let landing = landing_of(falls, variant_of(falls));
-    slots[2u * id.x] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
-    slots[2u * id.x + 1u] = vec4(
+    slots[2u * slot] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
+    slots[2u * slot + 1u] = vec4(
         pack2x16snorm(landing.orientation.xy),
         pack2x16snorm(landing.orientation.zw),
         held.entry + 1u,

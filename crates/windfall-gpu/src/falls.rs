@@ -112,6 +112,8 @@ pub(crate) struct GpuFalls {
     pub drawn: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
+    /// Indirect arguments of the search for landings.
+    pub landings: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
     frame: FallFrame,
 }
@@ -228,14 +230,21 @@ impl GpuFalls {
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
-            .chain([0; TALLIES])
+            .chain([0, 0, 0, 0, 0, 0, 1, 0])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
             contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
+        // Groups as counted by the shader, 1, 1.
+        let landings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("landings to find"),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1]),
+            usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+        });
         Self {
+            landings,
             bins,
             slot_count: plan.slot_count,
             stream_count: plan.streams.len() as u32,
@@ -246,6 +255,11 @@ impl GpuFalls {
             bind_group,
             frame,
         }
+    }
+
+    /// Where the number of workgroups that `land` needs is counted, bytes.
+    pub fn landings_offset(&self) -> u64 {
+        (5 * self.bins.len() as u64 + 5) * 4
     }
 
     /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in

@@ -219,9 +219,21 @@ impl Renderer {
 
         let mut scope = profiler.scope("frame", encoder);
         {
+            let mut pass = scope.scoped_compute_pass("detach");
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            self.falls.detach(&mut pass, &forest.detach_group, trees);
+            self.falls.find(&mut pass, falls);
+        }
+        scope.recorder.copy_buffer_to_buffer(
+            &falls.counters,
+            falls.landings_offset(),
+            &falls.landings,
+            0,
+            4,
+        );
+        {
             let mut pass = scope.scoped_compute_pass("falls");
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.falls.detach(&mut pass.scope("detach"), &forest.detach_group, trees);
             self.falls.land(&mut pass.scope("land"), falls);
             self.falls.pose(&mut pass.scope("pose"), falls);
         }

@@ -13,6 +13,7 @@ pub(crate) struct Falls {
     pub detach_layout: wgpu::BindGroupLayout,
     detach: wgpu::ComputePipeline,
     windows: wgpu::ComputePipeline,
+    find: wgpu::ComputePipeline,
     land: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
     solid: wgpu::RenderPipeline,
@@ -105,6 +106,7 @@ impl Falls {
         Self {
             detach: compute("detach", detach, &SHARED[1..2], &detach_layout),
             windows: compute("windows", falls, &SHARED, &layout_falls),
+            find: compute("find", falls, &SHARED, &layout_falls),
             land: compute("land", falls, &SHARED, &layout_falls),
             pose: compute("pose", falls, &SHARED, &layout_falls),
             solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
@@ -128,13 +130,20 @@ impl Falls {
         pass.dispatch_workgroups(visible.div_ceil(GROUP), 1, 1);
     }
 
-    /// Finds landings of newly detached leaves.
-    pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
+    /// Lists the leaves that have newly detached.
+    pub fn find(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
         pass.set_pipeline(&self.windows);
         pass.dispatch_workgroups(falls.stream_count.div_ceil(GROUP), 1, 1);
-        pass.set_pipeline(&self.land);
+        pass.set_pipeline(&self.find);
         pass.dispatch_workgroups(falls.slot_count.div_ceil(GROUP), 1, 1);
+    }
+
+    /// Finds where they will land.
+    pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
+        pass.set_bind_group(1, &falls.bind_group, &[]);
+        pass.set_pipeline(&self.land);
+        pass.dispatch_workgroups_indirect(&falls.landings, 0);
     }
 
     /// Poses the loose leaves and gathers those in view.
