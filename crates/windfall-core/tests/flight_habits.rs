@@ -1,5 +1,4 @@
 //! Each preset falls as that leaf does.
-#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 use windfall_core::flight::{Flight, measure, presets};
 use windfall_core::glam::DVec3;

@@ -1,5 +1,4 @@
 //! Import: what is read, what is repaired, what is refused and how it is said.
-#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 use std::fmt::Write as _;
 use windfall_core::glam::{Quat, Vec3};

@@ -1,5 +1,4 @@
 //! Playback: continuous, endless, on the ground and no further.
-#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 use windfall_core::forest::Terrain;
 use windfall_core::glam::{Quat, Vec2, Vec3};

@@ -89,7 +89,7 @@ fn falls(trees: &[Tree]) -> Falls {
 
 fn view(eye: [f32; 3], target: [f32; 3]) -> View {
     let camera = Camera { eye: eye.into(), target: target.into(), fov_y: 0.8, near: 0.1 };
-    View { camera, sky: Sky::default(), time: 0.0, season: 0.55 }
+    View { camera, sky: Sky::default(), time: 0.0, season: 0.55, shadows: true }
 }
 
 fn stand(position: Vec3, model: u32) -> Instance {

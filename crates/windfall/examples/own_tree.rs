@@ -68,7 +68,7 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
 
     // A frame, and its way back.
     let camera = Camera { eye, target, fov_y: 0.9, near: 0.1 };
-    let view = View { camera, sky: Sky::default(), time: 20.0, season: 0.55 };
+    let view = View { camera, sky: Sky::default(), time: 20.0, season: 0.55, shadows: true };
     let mut encoder = device.create_command_encoder(&Default::default());
     let target = Target { canvas: &canvas, picture: &texture.create_view(&Default::default()) };
     let stats = renderer.render(&queue, &mut encoder, &profiler, &gpu_forest, &view, target);

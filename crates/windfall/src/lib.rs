@@ -42,6 +42,7 @@
 //!     sky: Sky::default(),
 //!     time: 3.0,
 //!     season: 0.55,
+//!     shadows: true,
 //! };
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! let target = Target { canvas: &canvas, picture };
