@@ -1,13 +1,16 @@
 //! A forest in the GPU's memory.
 
 use crate::falls::{Falls, GpuFalls};
+use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::pass::ground::GroundMesh;
 use crate::renderer::Renderer;
 use crate::shared::{Model, TreeInstance};
+use crate::strategy::Strategy;
 use glam::Vec3;
+use std::sync::Mutex;
 use windfall_core::forest::{Forest, Frustum, Instance};
-use windfall_core::shed::TreeShedding;
+use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::tree::Tree;
 
 /// [`TreeInstance`] as a vertex buffer.
@@ -43,6 +46,10 @@ pub struct GpuForest {
     pub(crate) ground: GroundMesh,
     pub(crate) instances: wgpu::Buffer,
     pub(crate) falls: GpuFalls,
+    /// The leaves of a strategy without compute; `falls` is then empty.
+    pub(crate) listed: Option<Mutex<ListedFalls>>,
+    shedding: Shedding,
+    gust_rate: f32,
     pub(crate) detach_group: wgpu::BindGroup,
     /// Trees by model, with their bounding spheres.
     trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
@@ -67,6 +74,15 @@ pub struct FrameStats {
     pub triangles_drawn: u64,
     /// Drawn leaves over the leaves of the visible trees; 1 where nothing is visible.
     pub lambda_total: f64,
+    /// Leaves in the air; 0 for [`Strategy::Compute`], which counts on the GPU.
+    pub leaves_falling: u64,
+    /// Leaves on the ground; 0 for [`Strategy::Compute`].
+    pub leaves_landed: u64,
+    /// Of those, leaves that have become static geometry; 0 for [`Strategy::Compute`].
+    pub leaves_eliminated: u64,
+    /// Leaves looked at in this frame to see whether they have landed; 0 for
+    /// [`Strategy::Compute`].
+    pub leaves_checked: u64,
 }
 
 impl GpuForest {
@@ -123,7 +139,13 @@ impl GpuForest {
             mapped_at_creation: false,
         });
         let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
-        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, falls);
+        let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
+        let listed = (falls.strategy != Strategy::Compute).then(|| {
+            let passes = &renderer.listed;
+            ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
+        });
+        let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
+        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, on_gpu);
         let detach_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("detach"),
             layout: &renderer.falls.detach_layout,
@@ -134,6 +156,9 @@ impl GpuForest {
         });
         Self {
             falls,
+            listed: listed.map(Mutex::new),
+            shedding,
+            gust_rate,
             detach_group,
             ground: GroundMesh::new(device, &forest.terrain),
             instances,
@@ -144,11 +169,13 @@ impl GpuForest {
         }
     }
 
-    /// Uploads the trees in view; per model their range in the instance buffer.
+    /// Uploads the trees in view; per model their range in the instance buffer. How many leaves
+    /// have left them is found here where no compute pass does it.
     pub(crate) fn cull(
         &self,
         queue: &wgpu::Queue,
         frustum: &Frustum,
+        time: f32,
     ) -> (Vec<Visible>, FrameStats) {
         let mut stats = FrameStats::default();
         let mut visible: Vec<TreeInstance> = Vec::new();
@@ -160,7 +187,10 @@ impl GpuForest {
                 trees
                     .iter()
                     .filter(|(_, center, radius)| frustum.sees_sphere(*center, *radius))
-                    .map(|t| t.0),
+                    .map(|t| match self.listed {
+                        Some(_) => TreeInstance { detached: self.detached(&t.0, time), ..t.0 },
+                        None => t.0,
+                    }),
             );
             ranges.push(first..visible.len() as u32);
             let drawn = u64::from(visible.len() as u32 - first);
@@ -181,5 +211,16 @@ impl GpuForest {
         };
         queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&visible));
         (ranges, stats)
+    }
+
+    /// Leaves that have left a tree by `time`.
+    fn detached(&self, tree: &TreeInstance, time: f32) -> u32 {
+        let tree = TreeShedding {
+            delay: tree.delay,
+            gust_phase: tree.gust_phase,
+            seed: tree.seed,
+            leaves: tree.leaf_count,
+        };
+        self.shedding.detached(&tree, self.gust_rate, time)
     }
 }

@@ -2,9 +2,10 @@
 
 use crate::forest::{FrameStats, GpuForest};
 use crate::model::part_layout;
-use crate::pass::{Falls, Ground, Leaves, Shaders, SkyDome, ToneMap, Wood};
+use crate::pass::{Falls, Ground, Leaves, ListedPasses, Shaders, SkyDome, ToneMap, Wood};
 use crate::shared::Frame;
 use crate::view::View;
+use std::sync::PoisonError;
 use wgpu_profiler::GpuProfiler;
 use windfall_core::forest::Frustum;
 
@@ -24,6 +25,7 @@ pub struct Renderer {
     wood: Wood,
     leaves: Leaves,
     pub(crate) falls: Falls,
+    pub(crate) listed: ListedPasses,
     sky: SkyDome,
     tone_map: ToneMap,
 }
@@ -94,6 +96,7 @@ impl Renderer {
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
             falls: Falls::new(&shaders, &part_layout),
+            listed: ListedPasses::new(&shaders, &part_layout),
             sky: SkyDome::new(&shaders),
             tone_map: ToneMap::new(&shaders, format),
             part_layout,
@@ -146,11 +149,23 @@ impl Renderer {
         let Target { canvas, picture } = target;
         let frame = view.frame(canvas.width, canvas.height);
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
-        let (visible, stats) = forest.cull(queue, &Frustum::new(frame.clip_from_world));
+        let (visible, mut stats) =
+            forest.cull(queue, &Frustum::new(frame.clip_from_world), view.time);
+        // Another thread that draws the same forest at the same time is a mistake of the host's; a
+        // panic of it leaves lists that the next change of time rebuilds.
+        let mut listed =
+            forest.listed.as_ref().map(|l| l.lock().unwrap_or_else(PoisonError::into_inner));
+        if let Some(listed) = &mut listed {
+            let tally = listed.update(queue, encoder, &self.listed, view);
+            stats.leaves_falling = tally.falling;
+            stats.leaves_landed = tally.landed;
+            stats.leaves_eliminated = tally.eliminated;
+            stats.leaves_checked = tally.checked;
+        }
 
         let trees = visible.last().map_or(0, |range| range.end);
         let falls = &forest.falls;
-        let fall_frame = falls.frame(frame.clip_from_world, view.time, trees);
+        let fall_frame = falls.frame(frame.clip_from_world, view, trees);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
         encoder.copy_buffer_to_buffer(
             &falls.arguments,
@@ -161,7 +176,9 @@ impl Renderer {
         );
 
         let mut scope = profiler.scope("frame", encoder);
-        {
+        if let Some(listed) = &listed {
+            self.listed.pose(&mut scope.scope("falls"), &self.frame_group, listed);
+        } else {
             let mut pass = scope.scoped_compute_pass("falls");
             pass.set_bind_group(0, &self.frame_group, &[]);
             self.falls.detach(&mut pass.scope("detach"), &forest.detach_group, trees);
@@ -196,7 +213,11 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame_group, &[]);
             self.wood.draw(&mut pass.scope("wood"), forest, &visible);
             self.leaves.draw(&mut pass.scope("leaves"), forest, &visible);
-            self.falls.draw(&mut pass.scope("loose leaves"), forest);
+            if let Some(listed) = &listed {
+                self.listed.draw(&mut pass.scope("loose leaves"), &forest.models, listed);
+            } else {
+                self.falls.draw(&mut pass.scope("loose leaves"), forest);
+            }
             self.ground.draw(&mut pass.scope("ground"), &forest.ground);
             self.sky.draw(&mut pass.scope("sky"));
         }

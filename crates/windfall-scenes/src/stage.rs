@@ -8,7 +8,7 @@ use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
-use windfall_gpu::{Camera, Falls, Sky, View};
+use windfall_gpu::{Camera, Falls, Show, Sky, View};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -132,6 +132,7 @@ impl Scene {
             },
             time,
             season: self.season,
+            show: Show::default(),
         }
     }
 
