@@ -95,6 +95,8 @@ impl Scene {
                 hash(self.seed, 4),
             ),
             capacity: self.loose_leaves,
+            strategy: self.strategy.parse().unwrap_or_default(),
+            elimination: self.elimination.parse().unwrap_or_default(),
             ..Falls::default()
         };
         falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
