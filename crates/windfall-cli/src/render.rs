@@ -11,7 +11,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
-use windfall_gpu::{Canvas, Capture, CountLeaves, GpuForest, Renderer, Target};
+use windfall_gpu::{
+    Canvas, Capture, CountLeaves, Elimination, GpuForest, Renderer, Show, Strategy, Target, View,
+};
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -56,6 +58,21 @@ pub struct Args {
     /// Key of everything random
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
+    /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer or compute
+    #[arg(long, value_name = "NAME")]
+    strategy: Option<Strategy>,
+    /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
+    #[arg(long, value_name = "NAME")]
+    elimination: Option<Elimination>,
+    /// Let this many leaves fall each second, from time 0 on
+    #[arg(long, value_name = "N")]
+    throw_rate: Option<f32>,
+    /// Keep about this many leaves in the air
+    #[arg(long, value_name = "N", conflicts_with = "throw_rate")]
+    falling: Option<u32>,
+    /// What colours mean: picture, or laps (of the leaves' paths; landed ones are pink)
+    #[arg(long, value_name = "NAME", default_value_t)]
+    view: Show,
     /// Print one JSON object of what was drawn and how long it took
     #[arg(long)]
     json: bool,
@@ -96,10 +113,12 @@ struct FrameReport {
     trees: u64,
     trees_visible: u64,
     leaves_total: u64,
-    leaves_hanging_drawn: u32,
-    leaves_falling: u32,
-    leaves_falling_drawn: u32,
-    leaves_landed: u32,
+    leaves_hanging_drawn: u64,
+    leaves_falling: u64,
+    leaves_falling_drawn: u64,
+    leaves_landed: u64,
+    leaves_eliminated: u64,
+    leaves_checked: u64,
     triangles_full: u64,
     triangles_drawn: u64,
     lambda_total: f64,
@@ -126,7 +145,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
-    let stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
+    let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
+    if let Some(rate) = args.throw_rate {
+        if !(rate > 0.0 && rate.is_finite()) {
+            bail!("--throw-rate {rate}: is not above 0");
+        }
+        stage.throw(rate, 0.0);
+    }
+    if let Some(count) = args.falling {
+        stage.keep_falling(count);
+    }
     let painter = Painter::new(&gpu, &stage, scene.size);
     gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
@@ -138,7 +166,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             progress.inc(1);
             continue;
         }
-        let (rgba, report) = painter.paint(&mut gpu, &scene, &stage, frame, time)?;
+        let view = View { show: args.view, ..scene.view(time, &stage.forest.terrain) };
+        let (rgba, report) = painter.paint(&mut gpu, &view, frame)?;
         let picture = Picture { width: scene.size.0, height: scene.size.1, rgba: &rgba };
         match (&output, &mut film, path) {
             (_, Some(film), _) => film.add(&picture)?,
@@ -195,6 +224,12 @@ impl Args {
         scene.time = self.time.unwrap_or(scene.time);
         scene.fps = self.fps.unwrap_or(scene.fps);
         scene.seed = self.seed.unwrap_or(scene.seed);
+        if let Some(strategy) = self.strategy {
+            scene.strategy = strategy.to_string();
+        }
+        if let Some(elimination) = self.elimination {
+            scene.elimination = elimination.to_string();
+        }
         scene.check(file)?;
         Ok(scene)
     }
@@ -283,12 +318,9 @@ impl Painter {
     fn paint(
         &self,
         gpu: &mut Gpu,
-        scene: &Scene,
-        stage: &Stage,
+        view: &View,
         frame: u32,
-        time: f32,
     ) -> anyhow::Result<(Vec<u8>, FrameReport)> {
-        let view = scene.view(time, &stage.forest.terrain);
         let start = Instant::now();
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -299,7 +331,7 @@ impl Painter {
             &mut encoder,
             &gpu.profiler,
             &self.forest,
-            &view,
+            view,
             target,
         );
         let capture = Capture::encode(&gpu.device, &mut encoder, &self.texture);
@@ -316,14 +348,17 @@ impl Painter {
         let rgba = capture.take().context("the picture did not arrive")??;
         let report = FrameReport {
             frame,
-            time,
+            time: view.time,
             trees: stats.trees,
             trees_visible: stats.trees_visible,
             leaves_total: stats.leaves_total,
-            leaves_hanging_drawn: leaves.hanging_drawn,
-            leaves_falling: leaves.falling,
-            leaves_falling_drawn: leaves.falling_drawn,
-            leaves_landed: leaves.landed,
+            // Counted on the GPU by one strategy and on the CPU by the others, never by both.
+            leaves_hanging_drawn: u64::from(leaves.hanging_drawn) + stats.leaves_hanging,
+            leaves_falling: u64::from(leaves.falling) + stats.leaves_falling,
+            leaves_falling_drawn: u64::from(leaves.falling_drawn) + stats.leaves_falling,
+            leaves_landed: u64::from(leaves.landed) + stats.leaves_landed,
+            leaves_eliminated: stats.leaves_eliminated,
+            leaves_checked: stats.leaves_checked,
             triangles_full: stats.triangles_full,
             triangles_drawn: stats.triangles_drawn,
             // No tree is simplified yet: every leaf of a visible tree is drawn.

@@ -145,14 +145,42 @@ fn in_view(position: vec3<f32>, radius: f32) -> bool {
     return true;
 }
 
-// Seconds over which a lying leaf withers, and over which it is made small before its slot is taken
-// by another.
-const WITHERING: f32 = 240.0;
-const VANISHING: f32 = 6.0;
-
 var<workgroup> workgroup_count: atomic<u32>;
 var<workgroup> workgroup_first: u32;
 var<workgroup> workgroup_tally: array<atomic<u32>, 4>;
+
+// What is constant for the leaf of an entry that `slot` holds.
+fn leaf_constants(stream: Stream, entry: u32, slot: u32) -> LeafConstants {
+    let leaf = list_entry(stream, entry);
+    let record = leaves[stream.leaf_first + leaf];
+    let how = slots[2u * slot + 1u];
+    var out: LeafConstants;
+    out.falls = leaf_fall(stream, leaf, record);
+    out.landing = bitcast<vec4<f32>>(slots[2u * slot]);
+    out.lying = normalize(vec4(unpack2x16snorm(how.x), unpack2x16snorm(how.y)));
+    out.scale = record.scale * stream.scale;
+    out.stack = stack_height(out.scale, stream.thickness, out.falls.seed);
+    out.vanish_time = 1e30;
+    let next = entry + stream.keep;
+    if next < stream.list_count && fall.time - out.falls.detach_time >= out.landing.w {
+        let rank = leaves[stream.leaf_first + list_entry(stream, next)].rank;
+        out.vanish_time = detach_of(stream, rank);
+    }
+    let from_center = (record.center - models[stream.model].crown_center) / models[stream.model].crown_extent;
+    out.ripe = ripeness(stream.season_offset, from_center.y);
+    let bent = from_octahedral(unpack4x8snorm(record.look).zw);
+    let turned = vec3(
+        stream.cos_yaw * bent.x + stream.sin_yaw * bent.z,
+        bent.y,
+        stream.cos_yaw * bent.z - stream.sin_yaw * bent.x,
+    );
+    let ambient = unpack4x8unorm(record.look).y * crown_ambient(length(from_center));
+    out.look = (record.look & 0xffu)
+        | (pack4x8unorm(vec4(0.0, ambient, 0.0, 0.0)) & 0xff00u)
+        | (pack4x8snorm(vec4(0.0, 0.0, octahedral(turned))) & 0xffff0000u);
+    out.model = stream.model;
+    return out;
+}
 
 // Poses the leaves and gathers those in view for drawing.
 @compute @workgroup_size(64)
@@ -171,72 +199,10 @@ fn pose(
         let stream = streams[held.stream];
         bin = stream.bin;
         bin_first = stream.bin_first;
-        let leaf = list_entry(stream, held.entry);
-        let record = leaves[stream.leaf_first + leaf];
-        let landing = bitcast<vec4<f32>>(slots[2u * id.x]);
-        let how = slots[2u * id.x + 1u];
-        let lying = normalize(vec4(unpack2x16snorm(how.x), unpack2x16snorm(how.y)));
-        let detach = detach_of(stream, record.rank);
-        let elapsed = fall.time - detach;
-        let key = hash(stream.seed, leaf);
-        out.scale = record.scale * stream.scale;
-        // Lying leaves stand a little apart, so that none flickers in another.
-        let stack = out.scale * stream.thickness + 0.002 + 0.012 * unit(hash(key, 13u));
-        var position = landing.xyz;
-        var orientation = lying;
-        var lift = stack;
-        var bend = 1.0;
-        var withered = 0.0;
-        in_air = elapsed < landing.w;
-        if in_air {
-            let falls = leaf_fall(stream, leaf, record);
-            let pose = falling_pose(falls, variant_of(falls), landing.w, lying, elapsed);
-            position = pose.position;
-            orientation = pose.orientation;
-            bend = pose.bend;
-            let settle = settle_time(landing.w);
-            lift = stack * smooth_step(1.0 - (landing.w - elapsed) / max(settle, 1e-30));
-        } else {
-            withered = min((elapsed - landing.w) / WITHERING, 1.0);
-            let next = held.entry + stream.keep;
-            if next < stream.list_count {
-                let rank = leaves[stream.leaf_first + list_entry(stream, next)].rank;
-                out.scale *= clamp((detach_of(stream, rank) - fall.time) / VANISHING, 0.0, 1.0);
-            }
-        }
-        if lift > 0.0 {
-            let up = quat_rotate(lying, vec3(0.0, 1.0, 0.0));
-            position += lift * select(-up, up, up.y >= 0.0);
-        }
-        seen = in_view(position, stream.radius * out.scale);
-        out.position = position;
-        out.orientation_xy = pack2x16snorm(orientation.xy);
-        out.orientation_zw = pack2x16snorm(orientation.zw);
-
-        let model = stream.model;
-        let high = (record.center.y - models[model].crown_center.y) / models[model].crown_extent.y;
-        let season = leaf_season(stream.seed, stream.season_offset, leaf, high, models[model].palette_spread);
-        var color = vec3(season.brightness);
-        let colors = models[model].palette_count;
-        if colors > 0u {
-            let x = season.phase * f32(colors - 1u);
-            let i = min(u32(x), colors - 2u);
-            color *= mix(models[model].palette[i].rgb, models[model].palette[i + 1u].rgb, x - f32(i));
-        }
-        color *= mix(vec3(1.0), vec3(0.62, 0.48, 0.42), withered);
-        let look = unpack4x8unorm(record.look);
-        let bent = from_octahedral(unpack4x8snorm(record.look).zw);
-        let turned = vec3(
-            stream.cos_yaw * bent.x + stream.sin_yaw * bent.z,
-            bent.y,
-            stream.cos_yaw * bent.z - stream.sin_yaw * bent.x,
-        );
-        let inside = length((record.center - models[model].crown_center) / models[model].crown_extent);
-        let ambient = look.y * mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
-        out.color = pack4x8unorm(vec4(sqrt(color * 0.5), mix(ambient, 0.9, bend)));
-        out.look = (record.look & 0xffu)
-            | (pack4x8snorm(vec4(0.0, octahedral(turned), 0.0)) & 0x00ffff00u)
-            | (pack4x8unorm(vec4(0.0, 0.0, 0.0, bend)) & 0xff000000u);
+        let constants = leaf_constants(stream, held.entry, id.x);
+        out = loose_leaf(constants);
+        in_air = fall.time - constants.falls.detach_time < constants.landing.w;
+        seen = in_view(out.position, stream.radius * out.scale);
     }
     if local == 0u {
         atomicStore(&workgroup_count, 0u);

@@ -50,9 +50,8 @@ fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
         out.color *= mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
     }
     out.material = in.material_shed >> 24u;
-    // Deep in the crown less of the sky is seen.
     let inside = length((in.center - model.crown_center) / model.crown_extent);
-    out.ambient = in.offset_ambient.w * mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
+    out.ambient = in.offset_ambient.w * crown_ambient(inside);
     return out;
 }
 
@@ -67,24 +66,37 @@ struct LooseVertex {
     @location(6) look: u32,
 }
 
+fn turn_by(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
+    let t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
+// What a vertex in the air or on the ground has of its leaf: the LooseLeaf's colour and look.
+fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec4<f32>, look: u32) -> Varyings {
+    var out: Varyings;
+    out.world = world;
+    out.clip = frame.clip_from_world * vec4(world, 1.0);
+    out.normal = normal;
+    // The crown's bent normal on the twig; in the air light comes from above.
+    out.bent_normal = mix(from_octahedral(unpack4x8snorm(look).yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(look).w);
+    out.uv = uv;
+    out.color = color.rgb * color.rgb * 2.0;
+    out.material = look & 0xffu;
+    out.ambient = color.w;
+    return out;
+}
+
+fn posed(position: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, leaf: LooseLeaf) -> Varyings {
+    let q = normalize(vec4(unpack2x16snorm(leaf.orientation_xy), unpack2x16snorm(leaf.orientation_zw)));
+    let world = leaf.position + turn_by(q, position) * leaf.scale;
+    return loose_varyings(world, turn_by(q, normal), uv, unpack4x8unorm(leaf.color), leaf.look);
+}
+
 @vertex
 fn loose(in: LooseVertex) -> Varyings {
     let q = normalize(in.orientation);
-    var out: Varyings;
-    let t = 2.0 * cross(q.xyz, in.position.xyz);
-    let turned = in.position.xyz + q.w * t + cross(q.xyz, t);
-    out.world = in.place_scale.xyz + turned * in.place_scale.w;
-    out.clip = frame.clip_from_world * vec4(out.world, 1.0);
-    let n = 2.0 * cross(q.xyz, in.normal.xyz);
-    out.normal = in.normal.xyz + q.w * n + cross(q.xyz, n);
-    let look = unpack4x8snorm(in.look);
-    // The crown's bent normal on the twig; in the air light comes from above.
-    out.bent_normal = mix(from_octahedral(look.yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(in.look).w);
-    out.uv = in.uv;
-    out.color = in.color_ambient.rgb * in.color_ambient.rgb * 2.0;
-    out.material = in.look & 0xffu;
-    out.ambient = in.color_ambient.w;
-    return out;
+    let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * in.place_scale.w;
+    return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
 }
 
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.

@@ -7,6 +7,8 @@
 //! filled anew, so that any time gives the same picture as playing up to it.
 
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
+use crate::strategy::{Elimination, Strategy};
+use crate::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use half::f16;
@@ -43,6 +45,10 @@ pub struct Falls {
     /// Most leaves in the air and on the ground together: where there are more, those that have
     /// lain longest vanish. 64 bytes of device memory each. Default 1,000,000.
     pub capacity: u32,
+    /// Where poses are computed.
+    pub strategy: Strategy,
+    /// When landed leaves become static geometry.
+    pub elimination: Elimination,
 }
 
 impl Default for Falls {
@@ -55,6 +61,8 @@ impl Default for Falls {
             variation: Variation::default(),
             settings: FallSettings::default(),
             capacity: 1_000_000,
+            strategy: Strategy::default(),
+            elimination: Elimination::default(),
         }
     }
 }
@@ -81,15 +89,29 @@ pub(crate) struct ShapeVertex {
 }
 
 impl ShapeVertex {
+    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Self>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &Self::ATTRIBUTES,
+    };
+
     pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
         wgpu::vertex_attr_array![0 => Float16x4, 1 => Snorm8x4, 2 => Float16x2];
 
-    fn new(shape: &LeafShape, i: usize) -> Self {
+    pub fn new(shape: &LeafShape, i: usize) -> Self {
         Self {
             position: shape.positions[i].extend(0.0).to_array().map(f16::from_f32),
             normal: crate::model::snorm(shape.normals[i]),
             uv: shape.uvs[i].to_array().map(f16::from_f32),
         }
+    }
+
+    /// As two vectors of a table: place and `u`, normal and `v`, as precise as the vertex itself.
+    pub fn texels(&self) -> [Vec4; 2] {
+        let [x, y, z, _] = self.position.map(f16::to_f32);
+        let [u, v] = self.uv.map(f16::to_f32);
+        let [nx, ny, nz, _] = self.normal.map(|n| f32::from(n) / 127.0);
+        [Vec4::new(x, y, z, u), Vec4::new(nx, ny, nz, v)]
     }
 }
 
@@ -101,6 +123,28 @@ pub(crate) struct Bin {
     /// First of its slots, and how many.
     pub first: u32,
     pub count: u32,
+}
+
+impl Bin {
+    pub fn new(device: &wgpu::Device, trees: &[Tree], bin: &PlannedBin) -> Self {
+        let shape = &trees[bin.model].foliage.shapes[bin.shape];
+        let vertices: Vec<ShapeVertex> =
+            (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
+        let init = |contents: &[u8], usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("leaf shape"),
+                contents,
+                usage,
+            })
+        };
+        Self {
+            model: bin.model,
+            vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+            indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
+            first: bin.first,
+            count: bin.count,
+        }
+    }
 }
 
 /// The falling and fallen leaves of a forest on the GPU.
@@ -115,7 +159,7 @@ pub(crate) struct GpuFalls {
     /// Indirect arguments of the search for landings.
     pub landings: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
-    frame: FallFrame,
+    pub frame: FallFrame,
 }
 
 impl GpuFalls {
@@ -129,7 +173,7 @@ impl GpuFalls {
     ) -> Self {
         let records = LeafRecords::new(trees);
         let plan = Plan::new(trees, &records, forest, falls);
-        let (tables, mut frame) = tables(falls, forest);
+        let (tables, mut frame) = tables(falls, forest, models);
         frame.stream_count = plan.streams.len() as u32;
         frame.slot_count = plan.slot_count;
         frame.bin_count = plan.bins.len() as u32;
@@ -201,29 +245,7 @@ impl GpuFalls {
             layout,
             entries: &entries,
         });
-        let bins: Vec<Bin> = plan
-            .bins
-            .iter()
-            .map(|bin| {
-                let shape = &trees[bin.model].foliage.shapes[bin.shape];
-                let vertices: Vec<ShapeVertex> =
-                    (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
-                let init = |contents: &[u8], usage| {
-                    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                        label: Some("leaf shape"),
-                        contents,
-                        usage,
-                    })
-                };
-                Bin {
-                    model: bin.model,
-                    vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
-                    indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
-                    first: bin.first,
-                    count: bin.count,
-                }
-            })
-            .collect();
+        let bins: Vec<Bin> = plan.bins.iter().map(|bin| Bin::new(device, trees, bin)).collect();
         let arguments: Vec<u32> = plan
             .bins
             .iter()
@@ -264,24 +286,30 @@ impl GpuFalls {
 
     /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
     /// view.
-    pub fn frame(&self, frustum: &Frustum, time: f32, visible: u32, trees: u32) -> FallFrame {
-        let frustum = frustum.planes();
-        FallFrame { frustum, time, visible_count: visible, tree_count: trees, ..self.frame }
+    pub fn frame(&self, frustum: &Frustum, view: &View, visible: u32, trees: u32) -> FallFrame {
+        FallFrame {
+            frustum: frustum.planes(),
+            time: view.time,
+            visible_count: visible,
+            tree_count: trees,
+            show: view.show as u32,
+            ..self.frame
+        }
     }
 }
 
 /// The leaves of all models, and their shed order by shape.
-struct LeafRecords {
-    records: Vec<LeafRecord>,
+pub(crate) struct LeafRecords {
+    pub records: Vec<LeafRecord>,
     /// For each model the index of its first record.
-    first: Vec<u32>,
-    shed_lists: Vec<u32>,
+    pub first: Vec<u32>,
+    pub shed_lists: Vec<u32>,
     /// For each model and shape, where its shed list begins and how long it is.
-    lists: Vec<Vec<(u32, u32)>>,
+    pub lists: Vec<Vec<(u32, u32)>>,
 }
 
 impl LeafRecords {
-    fn new(trees: &[Tree]) -> Self {
+    pub fn new(trees: &[Tree]) -> Self {
         let mut out = Self {
             records: Vec::new(),
             first: Vec::new(),
@@ -325,24 +353,24 @@ impl LeafRecords {
     }
 }
 
-struct PlannedBin {
-    model: usize,
-    shape: usize,
-    first: u32,
-    count: u32,
+pub(crate) struct PlannedBin {
+    pub model: usize,
+    pub shape: usize,
+    pub first: u32,
+    pub count: u32,
 }
 
 /// Streams, bins and slots of a forest.
-struct Plan {
-    streams: Vec<Stream>,
-    bins: Vec<PlannedBin>,
+pub(crate) struct Plan {
+    pub streams: Vec<Stream>,
+    pub bins: Vec<PlannedBin>,
     /// For each [`GROUP`] slots the stream of the first.
-    hints: Vec<u32>,
-    slot_count: u32,
+    pub hints: Vec<u32>,
+    pub slot_count: u32,
 }
 
 impl Plan {
-    fn new(trees: &[Tree], records: &LeafRecords, forest: &Forest, falls: &Falls) -> Self {
+    pub fn new(trees: &[Tree], records: &LeafRecords, forest: &Forest, falls: &Falls) -> Self {
         let mut plan =
             Self { streams: Vec::new(), bins: Vec::new(), hints: Vec::new(), slot_count: 0 };
         let leaves = |m: usize| trees[m].foliage.leaves.len() as u64;
@@ -412,7 +440,7 @@ impl Plan {
 }
 
 /// Path tables and terrain as vectors (`shaders/shared/tables.wgsl`), and the frame's constants.
-fn tables(falls: &Falls, forest: &Forest) -> (Vec<Vec4>, FallFrame) {
+pub(crate) fn tables(falls: &Falls, forest: &Forest, models: &[Model]) -> (Vec<Vec4>, FallFrame) {
     let paths = falls.paths.tables();
     let terrain = &forest.terrain;
     let mut frame = FallFrame::zeroed();
@@ -450,6 +478,12 @@ fn tables(falls: &Falls, forest: &Forest) -> (Vec<Vec4>, FallFrame) {
     frame.group_table = out.len() as u32;
     out.extend(paths.groups.iter().map(|g| Vec4::new(g[0] as f32, g[1] as f32, 0.0, 0.0)));
 
+    frame.model_table = out.len() as u32;
+    for model in models {
+        out.push(Vec4::new(model.palette_count as f32, model.palette_spread, 0.0, 0.0));
+        out.extend(model.palette);
+    }
+
     for (gust, into) in falls.wind.gusts.iter().zip(&mut frame.gusts) {
         *into = Vec4::new(gust.amplitude.x, gust.amplitude.y, gust.cycles as f32, gust.phase);
     }
@@ -482,18 +516,18 @@ fn tables(falls: &Falls, forest: &Forest) -> (Vec<Vec4>, FallFrame) {
     (out, frame)
 }
 
-fn pack_rotation(q: Quat) -> [u32; 2] {
+pub(crate) fn pack_rotation(q: Quat) -> [u32; 2] {
     let [x, y, z, w] =
         q.to_array().map(|c| u32::from((c.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16));
     [x | y << 16, z | w << 16]
 }
 
-fn snorm8(v: f32) -> u8 {
+pub(crate) fn snorm8(v: f32) -> u8 {
     (v.clamp(-1.0, 1.0) * 127.0).round() as i8 as u8
 }
 
 /// A unit vector as a point of the square -1..1; the twin is in `shaders/shared/season.wgsl`.
-fn octahedral(n: Vec3) -> Vec2 {
+pub(crate) fn octahedral(n: Vec3) -> Vec2 {
     let p = Vec2::new(n.x, n.z) / (n.x.abs() + n.y.abs() + n.z.abs()).max(f32::MIN_POSITIVE);
     if n.y >= 0.0 {
         return p;

@@ -1,14 +1,17 @@
 //! A forest in the GPU's memory.
 
 use crate::falls::{Falls, GpuFalls};
+use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::pass::ground::GroundMesh;
 use crate::pass::shadow::{CASCADES, Volume};
 use crate::renderer::Renderer;
 use crate::shared::{Model, TreeInstance};
+use crate::strategy::Strategy;
 use glam::Vec3;
+use std::sync::Mutex;
 use windfall_core::forest::{Forest, Instance};
-use windfall_core::shed::TreeShedding;
+use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::tree::Tree;
 
 /// [`TreeInstance`] as a vertex buffer.
@@ -44,6 +47,10 @@ pub struct GpuForest {
     pub(crate) ground: GroundMesh,
     pub(crate) instances: wgpu::Buffer,
     pub(crate) falls: GpuFalls,
+    /// The leaves of a strategy without compute; `falls` is then empty.
+    pub(crate) listed: Option<Mutex<ListedFalls>>,
+    shedding: Shedding,
+    gust_rate: f32,
     pub(crate) detach_group: wgpu::BindGroup,
     /// Trees by model, with their bounding spheres.
     trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
@@ -66,6 +73,18 @@ pub struct FrameStats {
     pub triangles_full: u64,
     /// Triangles of the trees in view.
     pub triangles_drawn: u64,
+    /// Leaves on the twigs of the visible trees; 0 for [`Strategy::Compute`], which counts on the
+    /// GPU.
+    pub leaves_hanging: u64,
+    /// Leaves in the air; 0 for [`Strategy::Compute`], which counts on the GPU.
+    pub leaves_falling: u64,
+    /// Leaves on the ground; 0 for [`Strategy::Compute`].
+    pub leaves_landed: u64,
+    /// Of those, leaves that have become static geometry; 0 for [`Strategy::Compute`].
+    pub leaves_eliminated: u64,
+    /// Leaves looked at in this frame to see whether they have landed; 0 for
+    /// [`Strategy::Compute`].
+    pub leaves_checked: u64,
 }
 
 impl GpuForest {
@@ -124,7 +143,13 @@ impl GpuForest {
             mapped_at_creation: false,
         });
         let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
-        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, falls);
+        let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
+        let listed = (falls.strategy != Strategy::Compute).then(|| {
+            let passes = &renderer.listed;
+            ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
+        });
+        let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
+        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, on_gpu);
         let detach_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("detach"),
             layout: &renderer.falls.detach_layout,
@@ -136,6 +161,9 @@ impl GpuForest {
         });
         Self {
             falls,
+            listed: listed.map(Mutex::new),
+            shedding,
+            gust_rate,
             detach_group,
             ground: GroundMesh::new(device, &forest.terrain),
             instances,
@@ -146,12 +174,21 @@ impl GpuForest {
         }
     }
 
-    /// Appends the trees that a volume holds to `trees`; per model their range.
-    pub(crate) fn cull(&self, volume: &Volume<'_>, trees: &mut Vec<TreeInstance>) -> Vec<Visible> {
+    /// Appends the trees that a volume holds to `trees`; per model their range. How many leaves
+    /// have left them by `time` is found here where no compute pass does it.
+    pub(crate) fn cull(
+        &self,
+        volume: &Volume<'_>,
+        time: f32,
+        trees: &mut Vec<TreeInstance>,
+    ) -> Vec<Visible> {
         let ranges = self.trees.iter().map(|model| {
             let first = trees.len() as u32;
             let inside = model.iter().filter(|(_, center, radius)| volume.holds(*center, *radius));
-            trees.extend(inside.map(|tree| tree.0));
+            trees.extend(inside.map(|tree| match self.listed {
+                Some(_) => TreeInstance { detached: self.detached(&tree.0, time), ..tree.0 },
+                None => tree.0,
+            }));
             first..trees.len() as u32
         });
         ranges.collect()
@@ -172,5 +209,16 @@ impl GpuForest {
             stats.triangles_drawn += drawn * triangles;
         }
         stats
+    }
+
+    /// Leaves that have left a tree by `time`.
+    fn detached(&self, tree: &TreeInstance, time: f32) -> u32 {
+        let tree = TreeShedding {
+            delay: tree.delay,
+            gust_phase: tree.gust_phase,
+            seed: tree.seed,
+            leaves: tree.leaf_count,
+        };
+        self.shedding.detached(&tree, self.gust_rate, time)
     }
 }

@@ -5,14 +5,18 @@
 //! whole host.
 #![deny(missing_docs)]
 
+mod arena;
 mod capture;
 mod falls;
 mod forest;
+mod listed;
 mod model;
 mod pass;
 mod renderer;
+mod roster;
 #[doc(hidden)]
 pub mod shared;
+mod strategy;
 mod texture;
 mod view;
 
@@ -21,6 +25,7 @@ pub use falls::Falls;
 pub use forest::{FrameStats, GpuForest};
 pub use model::model_bytes;
 pub use renderer::{Canvas, Renderer, Target};
-pub use view::{Camera, Sky, View};
+pub use strategy::{Elimination, Strategy, UnknownName};
+pub use view::{Camera, Show, Sky, View};
 pub use wgpu;
 pub use wgpu_profiler;

@@ -3,9 +3,12 @@
 use crate::forest::{FrameStats, GpuForest, Visible};
 use crate::model::part_layout;
 use crate::pass::shadow::{self, CASCADES, Shadows, Volume};
-use crate::pass::{Falls, Ground, Leaves, Shaders, SkyDome, ToneMap, Wood};
-use crate::shared::Frame;
+use crate::pass::{
+    DrawTarget, Falls, Ground, Leaves, ListedPasses, Shaders, SkyDome, ToneMap, Wood,
+};
+use crate::shared::{Frame, TreeInstance};
 use crate::view::View;
+use std::sync::PoisonError;
 use wgpu_profiler::GpuProfiler;
 use windfall_core::forest::Frustum;
 
@@ -26,6 +29,7 @@ pub struct Renderer {
     wood: Wood,
     leaves: Leaves,
     pub(crate) falls: Falls,
+    pub(crate) listed: ListedPasses,
     sky: SkyDome,
     tone_map: ToneMap,
 }
@@ -134,6 +138,7 @@ impl Renderer {
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
             falls: Falls::new(&shaders, &part_layout),
+            listed: ListedPasses::new(&shaders, &part_layout),
             sky: SkyDome::new(&shaders),
             tone_map: ToneMap::new(&shaders, format),
             part_layout,
@@ -193,11 +198,14 @@ impl Renderer {
 
         let mut trees = Vec::new();
         let frustum = Frustum::new(frame.clip_from_world);
-        let visible = forest.cull(&Volume::View(&frustum), &mut trees);
+        let visible = forest.cull(&Volume::View(&frustum), view.time, &mut trees);
         let in_view = trees.len() as u32;
-        let stats = forest.stats(&visible);
+        let mut stats = forest.stats(&visible);
         let casters: Vec<Vec<Visible>> = if view.shadows {
-            cascades.iter().map(|c| forest.cull(&Volume::Shadow(c), &mut trees)).collect()
+            cascades
+                .iter()
+                .map(|c| forest.cull(&Volume::Shadow(c), view.time, &mut trees))
+                .collect()
         } else {
             Vec::new()
         };
@@ -205,9 +213,13 @@ impl Renderer {
             queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&cascade.frame(&frame)));
         }
         queue.write_buffer(&forest.instances, 0, bytemuck::cast_slice(&trees));
+        if forest.listed.is_some() {
+            let hanging = |tree: &TreeInstance| u64::from(tree.leaf_count - tree.detached);
+            stats.leaves_hanging = trees[..in_view as usize].iter().map(hanging).sum();
+        }
         let trees = trees.len() as u32;
         let falls = &forest.falls;
-        let fall_frame = falls.frame(&frustum, view.time, in_view, trees);
+        let fall_frame = falls.frame(&frustum, view, in_view, trees);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
         encoder.copy_buffer_to_buffer(
             &falls.arguments,
@@ -217,21 +229,34 @@ impl Renderer {
             falls.arguments.size(),
         );
 
+        // Another thread that draws the same forest at the same time is a mistake of the host's; a
+        // panic of it leaves lists that the next change of time rebuilds.
+        let mut listed =
+            forest.listed.as_ref().map(|l| l.lock().unwrap_or_else(PoisonError::into_inner));
+        if let Some(listed) = &mut listed {
+            let tally = listed.update(queue, encoder, &self.listed, view);
+            stats.leaves_falling = tally.falling;
+            stats.leaves_landed = tally.landed;
+            stats.leaves_eliminated = tally.eliminated;
+            stats.leaves_checked = tally.checked;
+        }
+
         let mut scope = profiler.scope("frame", encoder);
-        {
+        if let Some(listed) = &listed {
+            self.listed.pose(&mut scope.scope("falls"), &self.frame.group, listed);
+        } else {
             let mut pass = scope.scoped_compute_pass("detach");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.detach(&mut pass, &forest.detach_group, trees);
             self.falls.find(&mut pass, falls);
-        }
-        scope.recorder.copy_buffer_to_buffer(
-            &falls.counters,
-            falls.landings_offset(),
-            &falls.landings,
-            0,
-            4,
-        );
-        {
+            drop(pass);
+            scope.recorder.copy_buffer_to_buffer(
+                &falls.counters,
+                falls.landings_offset(),
+                &falls.landings,
+                0,
+                4,
+            );
             let mut pass = scope.scoped_compute_pass("falls");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.land(&mut pass.scope("land"), falls);
@@ -258,7 +283,11 @@ impl Renderer {
             self.leaves.draw_shadow(&mut pass, forest, casters);
             // What lies or falls farther away is too small to shade anything.
             if i < 2 {
-                self.falls.draw_shadow(&mut pass, forest);
+                if let Some(listed) = &listed {
+                    self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Shadow);
+                } else {
+                    self.falls.draw_shadow(&mut pass, forest);
+                }
             }
         }
         {
@@ -289,7 +318,12 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.wood.draw(&mut pass.scope("wood"), forest, &visible);
             self.leaves.draw(&mut pass.scope("leaves"), forest, &visible);
-            self.falls.draw(&mut pass.scope("loose leaves"), forest);
+            if let Some(listed) = &listed {
+                let mut pass = pass.scope("loose leaves");
+                self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Radiance);
+            } else {
+                self.falls.draw(&mut pass.scope("loose leaves"), forest);
+            }
             self.ground.draw(&mut pass.scope("ground"), &forest.ground);
             self.sky.draw(&mut pass.scope("sky"));
         }

@@ -292,6 +292,14 @@ gpu_struct! {
         pub group_table: u32,
         /// Where the tables' sections begin, in vectors.
         pub ground_table: u32,
+        /// Where the tables' sections begin, in vectors.
+        pub model_table: u32,
+        /// What colours mean: `windfall_gpu::Show` as a number.
+        pub show: u32,
+        /// Unused.
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
     }
 }
 
@@ -380,6 +388,70 @@ gpu_struct! {
         pub color: u32,
         /// Material, bent normal in octahedral coordinates, how far the normal is bent.
         pub look: u32,
+    }
+}
+
+gpu_struct! {
+    /// A leaf that has left its twig, as the strategies without compute take it: five vectors of an
+    /// instance-step vertex buffer, or five texels.
+    pub struct FallingLeaf {
+        /// Centre on the twig, in the world, metres.
+        pub origin: Vec3,
+        /// When it detaches, seconds since the scene began.
+        pub detach_time: f32,
+        /// Where it lands, and seconds after the detachment.
+        pub landing: Vec4,
+        /// Factor on the shape.
+        pub scale: f32,
+        /// Height over the ground at which it lies, metres.
+        pub stack: f32,
+        /// When another leaf takes its place, seconds since the scene began.
+        pub vanish_time: f32,
+        /// How far it is ahead of the season.
+        pub ripe: f32,
+        /// Orientation on the twig, x and y as snorm16.
+        pub twig_xy: u32,
+        /// Orientation on the twig, z and w as snorm16.
+        pub twig_zw: u32,
+        /// Orientation on the ground, x and y as snorm16.
+        pub lying_xy: u32,
+        /// Orientation on the ground, z and w as snorm16.
+        pub lying_zw: u32,
+        /// Hash of tree and leaf.
+        pub seed: u32,
+        /// Bytes from the lowest: material, ambient light on the twig (unorm), bent normal in the
+        /// world in octahedral coordinates (two snorm).
+        pub look: u32,
+        /// Group of paths.
+        pub path_group: u32,
+        /// Index of the tree model.
+        pub model: u32,
+    }
+}
+
+gpu_struct! {
+    /// A leaf that lies for good: an instance-step vertex buffer.
+    pub struct LitterLeaf {
+        /// Centre in the world, metres.
+        pub position: Vec3,
+        /// Factor on the shape.
+        pub scale: f32,
+        /// As [`LooseLeaf`].
+        pub orientation_xy: u32,
+        /// As [`LooseLeaf`].
+        pub orientation_zw: u32,
+        /// As [`LooseLeaf`], before it withers.
+        pub color: u32,
+        /// As [`LooseLeaf`].
+        pub look: u32,
+        /// When it landed, seconds since the scene began.
+        pub landed_time: f32,
+        /// When another leaf takes its place, seconds since the scene began.
+        pub vanish_time: f32,
+        /// Unused.
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
     }
 }
 

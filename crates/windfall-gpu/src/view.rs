@@ -1,6 +1,7 @@
 //! What the host says of a frame: camera, time, sky.
 
 use crate::shared::Frame;
+use crate::strategy::UnknownName;
 use glam::{Mat4, Vec3, Vec4};
 
 /// A pinhole camera.
@@ -69,6 +70,48 @@ pub struct View {
     pub season: f32,
     /// Whether the sun casts shadows.
     pub shadows: bool,
+    /// What colours mean.
+    pub show: Show,
+}
+
+/// What colours mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Show {
+    /// The picture.
+    #[default]
+    Picture = 0,
+    /// Leaves in the air by the lap of their path, those that lie in pink (VB Figure 5).
+    Laps = 1,
+}
+
+impl Show {
+    /// Each of them.
+    pub const ALL: [Self; 2] = [Self::Picture, Self::Laps];
+
+    /// Its name on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Picture => "picture",
+            Self::Laps => "laps",
+        }
+    }
+}
+
+impl std::fmt::Display for Show {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl std::str::FromStr for Show {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL
+            .into_iter()
+            .find(|s| s.name() == name)
+            .ok_or_else(|| UnknownName::new("view", name, &Self::ALL.map(Self::name)))
+    }
 }
 
 impl View {

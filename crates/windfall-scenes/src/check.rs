@@ -5,6 +5,7 @@ use windfall_core::forest::Placement;
 use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
+use windfall_gpu::{Elimination, Strategy};
 
 /// Largest width or height of a picture, pixels; a device may allow less.
 const LARGEST_SIDE: u32 = 16_384;
@@ -75,6 +76,16 @@ impl Scene {
         number("wind.heading", self.wind.heading, -3600.0, 3600.0)?;
         number("wind.gustiness", self.wind.gustiness, 0.0, 1.0)?;
         number("loose_leaves", self.loose_leaves as f32, 0.0, 4_000_000.0)?;
+        let known = [
+            ("strategy", self.strategy.parse::<Strategy>().err()),
+            ("elimination", self.elimination.parse::<Elimination>().err()),
+        ];
+        for (place, unknown) in known {
+            if let Some(unknown) = unknown {
+                let cause = unknown.to_string();
+                return Err(InputError::new(file, place, InputErrorKind::Missing, cause));
+            }
+        }
         for (i, strip) in self.keep_out.iter().enumerate() {
             let place = format!("keep_out[{i}]");
             for value in [strip.from.0, strip.from.1, strip.to.0, strip.to.1] {

@@ -8,6 +8,7 @@
 mod check;
 mod named;
 mod stage;
+mod throw;
 
 pub use named::{NAMES, named};
 pub use stage::Stage;
@@ -76,6 +77,13 @@ pub struct Scene {
     /// Most leaves in the air and on the ground together.
     #[serde(default = "defaults::loose_leaves")]
     pub loose_leaves: u32,
+    /// Where the poses of falling leaves are computed: `vertex`, `fragment`, `vertex-buffer` or
+    /// `compute`.
+    #[serde(default = "defaults::strategy")]
+    pub strategy: String,
+    /// When landed leaves become static geometry: `off`, `progressive` or `scheduled`.
+    #[serde(default = "defaults::elimination")]
+    pub elimination: String,
     /// The camera's way, by rising time; before the first and after the last key it stands still.
     pub camera: Vec<CameraKey>,
     /// Sun and air.
@@ -239,6 +247,12 @@ mod defaults {
     }
     pub fn loose_leaves() -> u32 {
         1_000_000
+    }
+    pub fn strategy() -> String {
+        windfall_gpu::Strategy::default().to_string()
+    }
+    pub fn elimination() -> String {
+        windfall_gpu::Elimination::default().to_string()
     }
     pub fn size() -> (u32, u32) {
         (1280, 720)

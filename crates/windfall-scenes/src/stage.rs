@@ -8,7 +8,7 @@ use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
-use windfall_gpu::{Camera, Falls, Sky, View};
+use windfall_gpu::{Camera, Falls, Show, Sky, View};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -95,6 +95,8 @@ impl Scene {
                 hash(self.seed, 4),
             ),
             capacity: self.loose_leaves,
+            strategy: self.strategy.parse().unwrap_or_default(),
+            elimination: self.elimination.parse().unwrap_or_default(),
             ..Falls::default()
         };
         falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
@@ -132,6 +134,7 @@ impl Scene {
             time,
             season: self.season,
             shadows: self.shadows,
+            show: Show::default(),
         }
     }
 

@@ -5,13 +5,28 @@ struct LeafSeason {
     brightness: f32,
 }
 
-// `high` is the leaf's height over the crown's centre in half crowns.
-fn leaf_season(tree_seed: u32, season_offset: f32, leaf: u32, high: f32, spread: f32) -> LeafSeason {
-    let key = hash(tree_seed, leaf);
-    // The top of the crown turns first; each tree and each leaf has its own time.
+// A leaf's own season; `key` is the hash of tree and leaf, `ripe` how far it is ahead of the scene's.
+fn season_of(key: u32, ripe: f32, spread: f32) -> LeafSeason {
     let own = (unit(hash(key, 10u)) + unit(hash(key, 12u)) - 1.0) * spread;
-    let phase = clamp(frame.season + season_offset + own + 0.12 * high, 0.0, 1.0);
+    let phase = clamp(frame.season + ripe + own, 0.0, 1.0);
     return LeafSeason(phase, 0.82 + 0.36 * unit(hash(key, 11u)));
+}
+
+// The top of the crown turns first; `high` is the leaf's height over the crown's centre in half
+// crowns.
+fn ripeness(season_offset: f32, high: f32) -> f32 {
+    return season_offset + 0.12 * high;
+}
+
+// Each tree and each leaf has its own time.
+fn leaf_season(tree_seed: u32, season_offset: f32, leaf: u32, high: f32, spread: f32) -> LeafSeason {
+    return season_of(hash(tree_seed, leaf), ripeness(season_offset, high), spread);
+}
+
+// Share of the ambient light that reaches a leaf at `inside` crowns from the crown's centre: deep in
+// the crown less of the sky is seen.
+fn crown_ambient(inside: f32) -> f32 {
+    return mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
 }
 
 // A unit vector as a point of the square -1..1 (Meyer et al. 2010, octahedral normals).

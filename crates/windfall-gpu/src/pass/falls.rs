@@ -22,10 +22,11 @@ pub(crate) struct Falls {
     masked_shadow: wgpu::RenderPipeline,
 }
 
-const SHARED: [&str; 3] = [
+const SHARED: [&str; 4] = [
     include_str!("../../shaders/shared/tables.wgsl"),
     include_str!("../../shaders/shared/shed.wgsl"),
     include_str!("../../shaders/shared/pose.wgsl"),
+    include_str!("../../shaders/shared/loose.wgsl"),
 ];
 
 fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
@@ -78,11 +79,6 @@ impl Falls {
         };
         let falls = include_str!("../../shaders/falls.wgsl");
         let detach = include_str!("../../shaders/detach.wgsl");
-        let shape = wgpu::VertexBufferLayout {
-            array_stride: size_of::<ShapeVertex>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &ShapeVertex::ATTRIBUTES,
-        };
         let leaf = wgpu::VertexBufferLayout {
             array_stride: size_of::<LooseLeaf>() as u64,
             step_mode: wgpu::VertexStepMode::Instance,
@@ -95,7 +91,7 @@ impl Falls {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
                 groups: &[part_layout],
-                buffers: &[shape.clone(), leaf.clone()],
+                buffers: &[ShapeVertex::LAYOUT, leaf.clone()],
                 cull: None,
                 vertex: "loose",
                 fragment,
@@ -306,6 +302,7 @@ mod tests {
                 time,
                 season: 0.5,
                 shadows: false,
+                show: crate::Show::Picture,
             };
             let profiler = GpuProfiler::new(
                 device,

@@ -2,22 +2,30 @@
 
 mod draw;
 mod falls;
+mod fragment_falls;
 pub(crate) mod ground;
 mod leaves;
+mod listed;
+mod litter;
 pub(crate) mod shadow;
 mod sky;
 mod tone_map;
+mod vertex_buffer_falls;
+mod vertex_falls;
 mod wood;
 
+pub(crate) use draw::DrawTarget;
 pub(crate) use falls::Falls;
 pub(crate) use ground::Ground;
 pub(crate) use leaves::Leaves;
+pub(crate) use listed::ListedPasses;
 pub(crate) use sky::SkyDome;
 pub(crate) use tone_map::ToneMap;
 pub(crate) use wood::Wood;
 
 use crate::shared::{
-    FallFrame, Frame, LeafRecord, LooseLeaf, Model, Stream, Surface, TreeInstance,
+    FallFrame, FallingLeaf, Frame, LeafRecord, LitterLeaf, LooseLeaf, Model, Stream, Surface,
+    TreeInstance,
 };
 
 /// What every pass needs to make its pipelines.
@@ -37,6 +45,8 @@ fn compose(sources: &[&str]) -> String {
         Stream::wgsl(),
         LeafRecord::wgsl(),
         LooseLeaf::wgsl(),
+        FallingLeaf::wgsl(),
+        LitterLeaf::wgsl(),
     ];
     let shared = [
         include_str!("../../shaders/shared/frame.wgsl"),

@@ -166,6 +166,7 @@ mod tests {
             time: 0.0,
             season: 0.5,
             shadows: true,
+            show: crate::Show::Picture,
         }
     }
 

@@ -1,0 +1,27 @@
+// Leaves that lie for good, for strategies without compute: static geometry (VB 5) that withers,
+// and is made small when it has become too much.
+
+struct LitterVertex {
+    @location(0) position: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) uv: vec2<f32>,
+    @location(3) place_scale: vec4<f32>,
+    @location(4) orientation: vec4<f32>,
+    @location(5) color_ambient: vec4<f32>,
+    @location(6) look: u32,
+    // When it landed and when it has to be gone, seconds since the scene began.
+    @location(7) times: vec2<f32>,
+}
+
+@vertex
+fn lying(in: LitterVertex) -> Varyings {
+    let q = normalize(in.orientation);
+    let scale = in.place_scale.w * vanishing(in.times.y);
+    let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * scale;
+    var out = loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
+    out.color *= withering(fall.time - in.times.x);
+    if fall.show == SHOW_LAPS {
+        out.color = LANDED_COLOR;
+    }
+    return out;
+}

@@ -1,0 +1,104 @@
+// A leaf that has left its twig, as it is drawn: in the air, settling, lying, withering, vanishing.
+// The same for all strategies; the pass declares table(i).
+
+// What is constant for the leaf.
+struct LeafConstants {
+    falls: LeafFall,
+    // Where it lands, and seconds after the detachment.
+    landing: vec4<f32>,
+    lying: vec4<f32>,
+    scale: f32,
+    // Height over the ground at which it lies: leaves stand a little apart, so that none flickers in
+    // another.
+    stack: f32,
+    // When it has become too many, seconds since the scene began.
+    vanish_time: f32,
+    // How far it is ahead of the season.
+    ripe: f32,
+    // As LooseLeaf.look, with the ambient light on the twig in the second byte and the bent normal
+    // in the upper two.
+    look: u32,
+    model: u32,
+}
+
+// Seconds over which a lying leaf withers, and over which it is made small before another takes its
+// place.
+const WITHERING: f32 = 240.0;
+const VANISHING: f32 = 6.0;
+// FallFrame.show: the picture; VB Figure 5, leaves by the lap of their path, those that lie in pink.
+const SHOW_LAPS: u32 = 1u;
+const LANDED_COLOR = vec3<f32>(1.0, 0.16, 0.42);
+
+fn lap_color(lap: u32) -> vec3<f32> {
+    var colors = array<vec3<f32>, 6>(
+        vec3(0.05, 0.45, 0.08), vec3(0.80, 0.62, 0.03), vec3(0.05, 0.25, 0.80),
+        vec3(0.80, 0.25, 0.03), vec3(0.35, 0.08, 0.65), vec3(0.05, 0.60, 0.65),
+    );
+    return colors[lap % 6u];
+}
+
+fn stack_height(scale: f32, thickness: f32, key: u32) -> f32 {
+    return scale * thickness + 0.002 + 0.012 * unit(hash(key, 13u));
+}
+
+fn withering(since_landing: f32) -> vec3<f32> {
+    return mix(vec3(1.0), vec3(0.62, 0.48, 0.42), clamp(since_landing / WITHERING, 0.0, 1.0));
+}
+
+fn vanishing(vanish_time: f32) -> f32 {
+    return clamp((vanish_time - fall.time) / VANISHING, 0.0, 1.0);
+}
+
+fn season_color(leaf: LeafConstants) -> vec3<f32> {
+    let head = fall.model_table + 9u * leaf.model;
+    let model = table(head); // colours of the palette, spread
+    let season = season_of(leaf.falls.seed, leaf.ripe, model.y);
+    var color = vec3(season.brightness);
+    let colors = u32(model.x);
+    if colors > 0u {
+        let x = season.phase * f32(colors - 1u);
+        let i = min(u32(x), colors - 2u);
+        color *= mix(table(head + 1u + i).rgb, table(head + 2u + i).rgb, x - f32(i));
+    }
+    return color;
+}
+
+fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
+    let elapsed = fall.time - leaf.falls.detach_time;
+    var out: LooseLeaf;
+    out.scale = leaf.scale;
+    var position = leaf.landing.xyz;
+    var orientation = leaf.lying;
+    var lift = leaf.stack;
+    var bend = 1.0;
+    var color = season_color(leaf);
+    if elapsed < leaf.landing.w {
+        let pose = falling_pose(leaf.falls, variant_of(leaf.falls), leaf.landing.w, leaf.lying, elapsed);
+        position = pose.position;
+        orientation = pose.orientation;
+        bend = pose.bend;
+        let settle = settle_time(leaf.landing.w);
+        lift *= smooth_step(1.0 - (leaf.landing.w - elapsed) / max(settle, 1e-30));
+        if fall.show == SHOW_LAPS {
+            color = lap_color(pose.lap);
+        }
+    } else {
+        out.scale *= vanishing(leaf.vanish_time);
+        color *= withering(elapsed - leaf.landing.w);
+        if fall.show == SHOW_LAPS {
+            color = LANDED_COLOR;
+        }
+    }
+    if lift > 0.0 {
+        let up = quat_rotate(leaf.lying, vec3(0.0, 1.0, 0.0));
+        position += lift * select(-up, up, up.y >= 0.0);
+    }
+    out.position = position;
+    out.orientation_xy = pack2x16snorm(orientation.xy);
+    out.orientation_zw = pack2x16snorm(orientation.zw);
+    let ambient = unpack4x8unorm(leaf.look).y;
+    out.color = pack4x8unorm(vec4(sqrt(color * 0.5), mix(ambient, 0.9, bend)));
+    out.look = (leaf.look & 0xffu) | ((leaf.look >> 8u) & 0x00ffff00u)
+        | (pack4x8unorm(vec4(0.0, 0.0, 0.0, bend)) & 0xff000000u);
+    return out;
+}

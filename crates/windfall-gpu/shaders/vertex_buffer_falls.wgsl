@@ -1,0 +1,37 @@
+// Strategy "vertex-buffer" (VB 6.2): a fragment finds where a leaf's vertex is; what it writes is
+// copied to a buffer and drawn as vertices.
+
+struct Patch {
+    @builtin(position) clip: vec4<f32>,
+    // First texel of the patch, vertices of a leaf, first leaf, where the shape is in the tables.
+    @location(0) @interpolate(flat) record: vec4<u32>,
+}
+
+@vertex
+fn cover(@builtin(vertex_index) index: u32, @location(0) record: vec4<u32>) -> Patch {
+    return Patch(covering_triangle(index), record);
+}
+
+struct VertexTexel {
+    // Place, normal in octahedral coordinates.
+    @location(0) place: vec4<u32>,
+    // Colour, look, texture coordinates.
+    @location(1) rest: vec4<u32>,
+}
+
+@fragment
+fn pose(in: Patch) -> VertexTexel {
+    let pixel = vec2<u32>(in.clip.xy);
+    let i = pixel.y * 2048u + pixel.x - in.record.x;
+    let leaf = leaf_of_texels(in.record.z + i / in.record.y);
+    let corner = in.record.w + 2u * (i % in.record.y);
+    let position_u = table(corner);
+    let normal_v = table(corner + 1u);
+    let q = normalize(vec4(unpack2x16snorm(leaf.orientation_xy), unpack2x16snorm(leaf.orientation_zw)));
+    let world = leaf.position + quat_rotate(q, position_u.xyz) * leaf.scale;
+    let normal = octahedral(quat_rotate(q, normal_v.xyz));
+    return VertexTexel(
+        vec4(bitcast<vec3<u32>>(world), pack2x16snorm(normal)),
+        vec4(leaf.color, leaf.look, pack2x16float(vec2(position_u.w, normal_v.w)), 0u),
+    );
+}

@@ -1,0 +1,166 @@
+//! Lists of equal records in one vertex buffer, a region for each draw.
+
+use bytemuck::Pod;
+
+/// Grain of a region, records.
+pub(crate) const GRAIN: u32 = 256;
+/// Records between two changed ones that are uploaded with them rather than apart.
+const NEAR: u32 = 32;
+
+/// The records of one draw.
+pub(crate) struct Region<T> {
+    pub items: Vec<T>,
+    /// For each item who it belongs to: the caller's affair.
+    pub owners: Vec<u32>,
+    /// Place of the first item in the buffer, and room, in records: multiples of [`GRAIN`].
+    pub first: u32,
+    pub capacity: u32,
+    changed: Vec<u32>,
+}
+
+impl<T: Pod> Region<T> {
+    pub fn push(&mut self, item: T, owner: u32) -> u32 {
+        let at = self.items.len() as u32;
+        self.items.push(item);
+        self.owners.push(owner);
+        self.changed.push(at);
+        at
+    }
+
+    /// Takes out an item; the last takes its place. Returns the owner of the one that moved.
+    pub fn swap_remove(&mut self, at: u32) -> Option<u32> {
+        self.items.swap_remove(at as usize);
+        self.owners.swap_remove(at as usize);
+        let moved = self.owners.get(at as usize).copied();
+        if moved.is_some() {
+            self.changed.push(at);
+        }
+        moved
+    }
+
+    /// Items as they are drawn: a range of the buffer.
+    pub fn range(&self) -> std::ops::Range<u32> {
+        self.first..self.first + self.items.len() as u32
+    }
+}
+
+/// Regions that grow, and their buffer.
+pub(crate) struct Arena<T> {
+    pub regions: Vec<Region<T>>,
+    pub buffer: wgpu::Buffer,
+    label: &'static str,
+}
+
+/// What an upload did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Upload {
+    Nothing,
+    Some,
+    /// Regions moved, the buffer is another one.
+    All,
+}
+
+impl<T: Pod> Arena<T> {
+    pub fn new(device: &wgpu::Device, label: &'static str, regions: usize) -> Self {
+        let mut regions: Vec<Region<T>> = (0..regions)
+            .map(|_| Region {
+                items: Vec::new(),
+                owners: Vec::new(),
+                first: 0,
+                capacity: 0,
+                changed: Vec::new(),
+            })
+            .collect();
+        let total = layout(&mut regions);
+        Self { buffer: buffer::<T>(device, label, total), regions, label }
+    }
+
+    pub fn clear(&mut self) {
+        for region in &mut self.regions {
+            region.items.clear();
+            region.owners.clear();
+            region.changed.clear();
+        }
+    }
+
+    pub fn len(&self) -> u64 {
+        self.regions.iter().map(|r| r.items.len() as u64).sum()
+    }
+
+    /// Room of all regions, records.
+    pub fn capacity(&self) -> u32 {
+        self.regions.iter().map(|r| r.capacity).sum()
+    }
+
+    /// Brings the buffer up to date.
+    pub fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Upload {
+        if self.regions.iter().any(|r| r.items.len() as u32 > r.capacity) {
+            let total = layout(&mut self.regions);
+            self.buffer = buffer::<T>(device, self.label, total);
+            for region in &mut self.regions {
+                region.changed.clear();
+                write(queue, &self.buffer, region, 0..region.items.len() as u32);
+            }
+            return Upload::All;
+        }
+        let mut done = Upload::Nothing;
+        for region in &mut self.regions {
+            let mut changed = std::mem::take(&mut region.changed);
+            let count = region.items.len() as u32;
+            changed.sort_unstable();
+            changed.retain(|&i| i < count);
+            let mut i = 0;
+            while i < changed.len() {
+                let start = changed[i];
+                let mut end = start + 1;
+                while i < changed.len() && changed[i] <= end + NEAR {
+                    end = changed[i] + 1;
+                    i += 1;
+                }
+                write(queue, &self.buffer, region, start..end);
+                done = Upload::Some;
+            }
+            changed.clear();
+            region.changed = changed;
+        }
+        done
+    }
+}
+
+fn write<T: Pod>(
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    region: &Region<T>,
+    range: std::ops::Range<u32>,
+) {
+    let items = &region.items[range.start as usize..range.end as usize];
+    if !items.is_empty() {
+        let at = u64::from(region.first + range.start) * size_of::<T>() as u64;
+        queue.write_buffer(buffer, at, bytemuck::cast_slice(items));
+    }
+}
+
+/// Gives every region that is full half as much again; returns the sum.
+fn layout<T>(regions: &mut [Region<T>]) -> u32 {
+    let mut next = 0;
+    for region in regions {
+        let wanted = region.items.len() as u32;
+        if wanted > region.capacity || region.capacity == 0 {
+            region.capacity = (wanted + wanted / 2).next_multiple_of(GRAIN).max(GRAIN);
+        }
+        region.first = next;
+        next += region.capacity;
+    }
+    next.max(GRAIN)
+}
+
+fn buffer<T>(device: &wgpu::Device, label: &str, records: u32) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: u64::from(records) * size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::VERTEX
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,64 @@
+//! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
+
+use super::Shaders;
+use super::draw::DrawTarget;
+use super::listed::{Layouts, Pair, SHAPE, pose_pass, pose_pipeline, set_shape};
+use crate::arena::GRAIN;
+use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
+use crate::model::GpuModel;
+use wgpu_profiler::Scope;
+
+pub(crate) struct FragmentFalls {
+    pose: wgpu::RenderPipeline,
+    pipelines: Pair,
+}
+
+impl FragmentFalls {
+    pub fn new(
+        shaders: &Shaders<'_>,
+        part_layout: &wgpu::BindGroupLayout,
+        layouts: &Layouts,
+    ) -> Self {
+        let source = include_str!("../../shaders/fragment_leaves.wgsl");
+        let groups = [part_layout, &layouts.posed];
+        let pose = include_str!("../../shaders/fragment_falls.wgsl");
+        Self {
+            pose: pose_pipeline(shaders, layouts, "fragment falls", pose, &[], [PLACE, WORDS]),
+            pipelines: Pair::new(shaders, source, "looked_up", &groups, &[SHAPE], false),
+        }
+    }
+
+    pub fn pose(
+        &self,
+        scope: &mut Scope<'_, wgpu::CommandEncoder>,
+        frame_group: &wgpu::BindGroup,
+        falls: &ListedFalls,
+        posed: &PosedLeaves,
+    ) {
+        let mut pass = pose_pass(scope, &posed.targets);
+        pass.set_pipeline(&self.pose);
+        pass.set_bind_group(0, frame_group, &[]);
+        pass.set_bind_group(1, &posed.source.group, &[]);
+        pass.set_bind_group(2, &falls.tables_group, &[]);
+        for (first, rows) in leaf_rows(&falls.roster.falling) {
+            pass.set_scissor_rect(0, first, GRAIN, rows);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        falls: &ListedFalls,
+        posed: &PosedLeaves,
+        into: DrawTarget,
+    ) {
+        pass.set_bind_group(2, &posed.draw_group, &[]);
+        for (bin, leaves, indices) in falls.draws(&falls.roster.falling) {
+            self.pipelines.set(pass, models, bin, into);
+            set_shape(pass, bin);
+            pass.draw_indexed(0..indices, 0, leaves);
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! The strategies without compute: their layouts, and which pass each of them takes.
+
+use super::draw::{Draw, DrawTarget};
+use super::fragment_falls::FragmentFalls;
+use super::litter::Litter;
+use super::vertex_buffer_falls::VertexBufferFalls;
+use super::vertex_falls::VertexFalls;
+use super::{Shaders, compose};
+use crate::falls::{Bin, ShapeVertex};
+use crate::listed::{ListedFalls, Posed};
+use crate::model::GpuModel;
+use wgpu_profiler::Scope;
+
+/// Poses of leaves from tables in a texture.
+const POSE: [&str; 5] = [
+    include_str!("../../shaders/shared/texture_table.wgsl"),
+    include_str!("../../shaders/shared/tables.wgsl"),
+    include_str!("../../shaders/shared/pose.wgsl"),
+    include_str!("../../shaders/shared/loose.wgsl"),
+    include_str!("../../shaders/shared/listed.wgsl"),
+];
+const LEAVES: &str = include_str!("../../shaders/leaves.wgsl");
+
+pub(crate) struct ListedPasses {
+    layouts: Layouts,
+    vertex: VertexFalls,
+    fragment: FragmentFalls,
+    vertex_buffer: VertexBufferFalls,
+    litter: Litter,
+}
+
+pub(super) struct Layouts {
+    /// Uniforms and path tables.
+    pub tables: wgpu::BindGroupLayout,
+    /// The list as a texture.
+    pub leaves: wgpu::BindGroupLayout,
+    /// Posed leaves.
+    pub posed: wgpu::BindGroupLayout,
+}
+
+/// Pipelines for leaves without and with holes, for the picture and for shadow maps.
+pub(super) struct Pair {
+    solid: [wgpu::RenderPipeline; 2],
+    masked: [wgpu::RenderPipeline; 2],
+}
+
+impl Pair {
+    /// `source` adds a vertex entry point of the name `vertex` to those of the leaves' shader.
+    pub fn new(
+        shaders: &Shaders<'_>,
+        source: &str,
+        vertex: &str,
+        groups: &[&wgpu::BindGroupLayout],
+        buffers: &[wgpu::VertexBufferLayout<'_>],
+        posing: bool,
+    ) -> Self {
+        let shared = if posing { POSE.join("\n") } else { String::new() };
+        let source = [LEAVES, &shared, source].join("\n");
+        let pipeline = |fragment, alpha_to_coverage, target| {
+            shaders.pipeline(&Draw {
+                label: vertex,
+                source: &source,
+                groups,
+                buffers,
+                cull: None,
+                vertex,
+                fragment,
+                alpha_to_coverage,
+                target,
+            })
+        };
+        let (picture, shadow) = (DrawTarget::Radiance, DrawTarget::Shadow);
+        Self {
+            solid: [pipeline(Some("solid"), false, picture), pipeline(None, false, shadow)],
+            masked: [
+                pipeline(Some("masked"), true, picture),
+                pipeline(Some("masked_shadow"), false, shadow),
+            ],
+        }
+    }
+
+    /// Sets the pipeline for a bin, and its model's bind group.
+    pub fn set(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        bin: &Bin,
+        into: DrawTarget,
+    ) {
+        let part = &models[bin.model].leaves;
+        let pipelines = if part.masked { &self.masked } else { &self.solid };
+        pass.set_pipeline(&pipelines[usize::from(into == DrawTarget::Shadow)]);
+        pass.set_bind_group(1, &part.bind_group, &[]);
+    }
+}
+
+/// Sets the buffers of a bin's shape.
+pub(super) fn set_shape(pass: &mut wgpu::RenderPass<'_>, bin: &Bin) {
+    pass.set_vertex_buffer(0, bin.vertices.slice(..));
+    pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
+}
+
+pub(super) const SHAPE: wgpu::VertexBufferLayout<'static> = ShapeVertex::LAYOUT;
+
+/// A pipeline that fills two textures, a texel for each leaf or vertex.
+pub(super) fn pose_pipeline(
+    shaders: &Shaders<'_>,
+    layouts: &Layouts,
+    label: &str,
+    source: &str,
+    buffers: &[wgpu::VertexBufferLayout<'_>],
+    formats: [wgpu::TextureFormat; 2],
+) -> wgpu::RenderPipeline {
+    let device = shaders.device;
+    let texels = include_str!("../../shaders/shared/leaf_texels.wgsl");
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(compose(&[&POSE.join("\n"), texels, source]).into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &[
+            Some(shaders.frame_layout),
+            Some(&layouts.leaves),
+            Some(&layouts.tables),
+        ],
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("cover"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers,
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("pose"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &formats.map(|format| Some(format.into())),
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// A pass that fills two textures.
+pub(super) fn pose_pass<'a>(
+    scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
+    targets: &[wgpu::TextureView; 2],
+) -> wgpu_profiler::OwningScope<'a, wgpu::RenderPass<'a>> {
+    let attachments = targets.each_ref().map(|view| {
+        Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+        })
+    });
+    scope.scoped_render_pass(
+        "pose",
+        wgpu::RenderPassDescriptor {
+            label: Some("pose"),
+            color_attachments: &attachments,
+            ..Default::default()
+        },
+    )
+}
+
+fn texture_entry(binding: u32, sample_type: wgpu::TextureSampleType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
+}
+
+const FLOATS: wgpu::TextureSampleType = wgpu::TextureSampleType::Float { filterable: false };
+
+impl Layouts {
+    fn new(device: &wgpu::Device) -> Self {
+        let layout = |label, entries: &[wgpu::BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries,
+            })
+        };
+        let uniform = wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let words = wgpu::TextureSampleType::Uint;
+        Self {
+            tables: layout("tables", &[uniform, texture_entry(1, FLOATS)]),
+            leaves: layout("leaf list", &[texture_entry(0, words)]),
+            posed: layout("posed leaves", &[texture_entry(0, FLOATS), texture_entry(1, words)]),
+        }
+    }
+}
+
+impl ListedPasses {
+    pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
+        let layouts = Layouts::new(shaders.device);
+        Self {
+            vertex: VertexFalls::new(shaders, part_layout, &layouts),
+            fragment: FragmentFalls::new(shaders, part_layout, &layouts),
+            vertex_buffer: VertexBufferFalls::new(shaders, part_layout, &layouts),
+            litter: Litter::new(shaders, part_layout, &layouts),
+            layouts,
+        }
+    }
+
+    pub fn tables_group(
+        &self,
+        device: &wgpu::Device,
+        uniform: &wgpu::Buffer,
+        tables: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        let uniform = uniform.as_entire_binding();
+        let tables = wgpu::BindingResource::TextureView(tables);
+        group(device, &self.layouts.tables, [uniform, tables])
+    }
+
+    pub fn leaf_group(&self, device: &wgpu::Device, list: &wgpu::TextureView) -> wgpu::BindGroup {
+        group(device, &self.layouts.leaves, [wgpu::BindingResource::TextureView(list)])
+    }
+
+    pub fn posed_group(
+        &self,
+        device: &wgpu::Device,
+        targets: &[wgpu::TextureView; 2],
+    ) -> wgpu::BindGroup {
+        let views = targets.each_ref().map(wgpu::BindingResource::TextureView);
+        group(device, &self.layouts.posed, views)
+    }
+
+    /// Poses the listed leaves, where the strategy does that before they are drawn.
+    pub fn pose(
+        &self,
+        scope: &mut Scope<'_, wgpu::CommandEncoder>,
+        frame_group: &wgpu::BindGroup,
+        falls: &ListedFalls,
+    ) {
+        match &falls.posed {
+            Posed::Nothing => {}
+            Posed::Leaves(posed) => self.fragment.pose(scope, frame_group, falls, posed),
+            Posed::Vertices(posed) => self.vertex_buffer.pose(scope, frame_group, falls, posed),
+        }
+    }
+
+    /// Draws falling leaves and litter.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        falls: &ListedFalls,
+        into: DrawTarget,
+    ) {
+        match &falls.posed {
+            Posed::Nothing => self.vertex.draw(pass, models, falls, into),
+            Posed::Leaves(posed) => self.fragment.draw(pass, models, falls, posed, into),
+            Posed::Vertices(posed) => self.vertex_buffer.draw(pass, models, falls, posed, into),
+        }
+        self.litter.draw(pass, models, falls, into);
+    }
+}
+
+fn group<const N: usize>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource<'_>; N],
+) -> wgpu::BindGroup {
+    let mut binding = 0;
+    let entries = resources.map(|resource| {
+        binding += 1;
+        wgpu::BindGroupEntry { binding: binding - 1, resource }
+    });
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("listed leaves"),
+        layout,
+        entries: &entries,
+    })
+}

@@ -1,0 +1,95 @@
+//! Strategy `vertex-buffer` (VB 6.2): a fragment finds where a vertex is; what it writes is drawn.
+
+use super::Shaders;
+use super::draw::DrawTarget;
+use super::listed::{Layouts, Pair, pose_pass, pose_pipeline};
+use crate::listed::{ListedFalls, PosedVertices, WORDS};
+use crate::model::GpuModel;
+use wgpu_profiler::Scope;
+
+pub(crate) struct VertexBufferFalls {
+    pose: wgpu::RenderPipeline,
+    pipelines: Pair,
+}
+
+impl VertexBufferFalls {
+    pub fn new(
+        shaders: &Shaders<'_>,
+        part_layout: &wgpu::BindGroupLayout,
+        layouts: &Layouts,
+    ) -> Self {
+        let patch = wgpu::VertexBufferLayout {
+            array_stride: 16,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
+        };
+        let place = wgpu::VertexBufferLayout {
+            array_stride: 16,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2],
+        };
+        let look = wgpu::VertexBufferLayout {
+            array_stride: 16,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Uint32, 4 => Float16x2],
+        };
+        let pose = include_str!("../../shaders/vertex_buffer_falls.wgsl");
+        let source = include_str!("../../shaders/vertex_buffer_leaves.wgsl");
+        Self {
+            pose: pose_pipeline(
+                shaders,
+                layouts,
+                "vertex buffer falls",
+                pose,
+                &[patch],
+                [WORDS, WORDS],
+            ),
+            pipelines: Pair::new(shaders, source, "placed", &[part_layout], &[place, look], false),
+        }
+    }
+
+    pub fn pose(
+        &self,
+        scope: &mut Scope<'_, wgpu::CommandEncoder>,
+        frame_group: &wgpu::BindGroup,
+        falls: &ListedFalls,
+        posed: &PosedVertices,
+    ) {
+        let list = &falls.roster.falling;
+        {
+            let mut pass = pose_pass(scope, &posed.targets);
+            pass.set_pipeline(&self.pose);
+            pass.set_bind_group(0, frame_group, &[]);
+            pass.set_bind_group(1, &posed.source.group, &[]);
+            pass.set_bind_group(2, &falls.tables_group, &[]);
+            pass.set_vertex_buffer(0, posed.patches.slice(..));
+            for (bin, first, rows) in posed.rows(list) {
+                pass.set_scissor_rect(0, first, crate::listed::VERTEX_WIDTH, rows);
+                pass.draw(0..3, bin..bin + 1);
+            }
+        }
+        posed.copy(&mut scope.scope("copy"), list);
+    }
+
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        falls: &ListedFalls,
+        posed: &PosedVertices,
+        into: DrawTarget,
+    ) {
+        let list = &falls.roster.falling;
+        for (i, (bin, region)) in falls.bins.iter().zip(&list.regions).enumerate() {
+            if region.items.is_empty() {
+                continue;
+            }
+            self.pipelines.set(pass, models, bin, into);
+            let first = posed.offset(i);
+            pass.set_vertex_buffer(0, posed.buffers[0].slice(first..));
+            pass.set_vertex_buffer(1, posed.buffers[1].slice(first..));
+            pass.set_index_buffer(posed.indices[i].slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..region.items.len() as u32 * falls.index_counts[i], 0, 0..1);
+        }
+    }
+}

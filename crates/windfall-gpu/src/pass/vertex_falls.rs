@@ -1,0 +1,48 @@
+//! Strategy `vertex` (VB 6, first): every vertex of a falling leaf finds its place.
+
+use super::Shaders;
+use super::draw::DrawTarget;
+use super::listed::{Layouts, Pair, SHAPE, set_shape};
+use crate::listed::ListedFalls;
+use crate::model::GpuModel;
+use crate::shared::FallingLeaf;
+
+pub(crate) struct VertexFalls {
+    pipelines: Pair,
+}
+
+impl VertexFalls {
+    pub fn new(
+        shaders: &Shaders<'_>,
+        part_layout: &wgpu::BindGroupLayout,
+        layouts: &Layouts,
+    ) -> Self {
+        let leaf = wgpu::VertexBufferLayout {
+            array_stride: size_of::<FallingLeaf>() as u64,
+            step_mode: wgpu::VertexStepMode::Instance,
+            attributes: &wgpu::vertex_attr_array![
+                3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Uint32x4, 7 => Uint32x4
+            ],
+        };
+        let source = include_str!("../../shaders/vertex_falls.wgsl");
+        let groups = [part_layout, &layouts.tables];
+        Self { pipelines: Pair::new(shaders, source, "falling", &groups, &[SHAPE, leaf], true) }
+    }
+
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        falls: &ListedFalls,
+        into: DrawTarget,
+    ) {
+        let list = &falls.roster.falling;
+        pass.set_bind_group(2, &falls.tables_group, &[]);
+        pass.set_vertex_buffer(1, list.buffer.slice(..));
+        for (bin, leaves, indices) in falls.draws(list) {
+            self.pipelines.set(pass, models, bin, into);
+            set_shape(pass, bin);
+            pass.draw_indexed(0..indices, 0, leaves);
+        }
+    }
+}

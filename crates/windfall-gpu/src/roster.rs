@@ -1,0 +1,431 @@
+//! The leaves that have left their twigs, listed on the CPU (VB 5) for the strategies without
+//! compute.
+//!
+//! A pure function of time, as everything: playing forward adds leaves and moves those that landed
+//! to the litter; any other change of time begins anew. Streams and slots are those of
+//! [`crate::falls`], so that the same leaves are kept as by [`crate::Strategy::Compute`].
+
+use crate::arena::Arena;
+use crate::falls::{Falls, LeafRecords, Plan, octahedral, pack_rotation, snorm8};
+use crate::shared::{FallingLeaf, LeafRecord, LitterLeaf, Model, Stream};
+use crate::strategy::Elimination;
+use glam::{Quat, Vec2, Vec3};
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, VecDeque};
+use std::ops::Range;
+use windfall_core::forest::{Forest, Terrain};
+use windfall_core::path::{Fall, LeafFall};
+use windfall_core::rng::{hash, unit};
+use windfall_core::shed::{Shedding, TreeShedding};
+
+/// Seconds after which a leaf may have landed (VB 5).
+const LONG_ENOUGH: f32 = 2.0;
+/// Later than every time.
+const NEVER: f32 = 1e30;
+
+/// Where the leaf of a slot is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Nowhere,
+    Falling(u32),
+    Litter(u32),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Slot {
+    /// Entry of the stream whose leaf it is, as long as `place` is somewhere.
+    entry: u32,
+    place: Place,
+    landed: bool,
+}
+
+/// Something that happens to the leaf of an entry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Due {
+    time: f32,
+    stream: u32,
+    entry: u32,
+}
+
+impl Eq for Due {}
+
+impl PartialOrd for Due {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Due {
+    /// The earliest is the greatest, as a heap wants it.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.time.total_cmp(&self.time).then(other.entry.cmp(&self.entry))
+    }
+}
+
+/// What the lists hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Tally {
+    pub falling: u64,
+    pub landed: u64,
+    /// Landed leaves that have left the list of falling ones.
+    pub eliminated: u64,
+    /// Landings looked up for elimination in this update.
+    pub checked: u64,
+}
+
+pub(crate) struct Roster {
+    falls: Falls,
+    terrain: Terrain,
+    gust_rate: f32,
+    plan: Plan,
+    records: LeafRecords,
+    models: Vec<Model>,
+    /// For each stream the entries that are in a list.
+    shown: Vec<Range<u32>>,
+    slots: Vec<Slot>,
+    pub falling: Arena<FallingLeaf>,
+    pub litter: Arena<LitterLeaf>,
+    landings: BinaryHeap<Due>,
+    /// Leaves to be tested, those that began first in front; `time` is when they began.
+    waiting: VecDeque<Due>,
+    landed: u64,
+    checked: u64,
+    /// Time and season that the lists are of.
+    moment: Option<(f32, f32)>,
+}
+
+impl Roster {
+    pub fn new(
+        device: &wgpu::Device,
+        plan: Plan,
+        records: LeafRecords,
+        models: &[Model],
+        forest: &Forest,
+        falls: &Falls,
+    ) -> Self {
+        let empty = Slot { entry: 0, place: Place::Nowhere, landed: false };
+        Self {
+            falls: falls.clone(),
+            terrain: forest.terrain.clone(),
+            gust_rate: Shedding::gust_rate(&falls.wind),
+            shown: vec![0..0; plan.streams.len()],
+            slots: vec![empty; plan.slot_count as usize],
+            falling: Arena::new(device, "falling leaves", plan.bins.len()),
+            litter: Arena::new(device, "litter", plan.bins.len()),
+            plan,
+            records,
+            models: models.to_vec(),
+            landings: BinaryHeap::new(),
+            waiting: VecDeque::new(),
+            landed: 0,
+            checked: 0,
+            moment: None,
+        }
+    }
+
+    /// Brings the lists to a moment.
+    pub fn update(&mut self, time: f32, season: f32) {
+        let forward = self.moment.is_some_and(|(t, s)| time >= t && s == season);
+        if !forward {
+            self.clear();
+        }
+        self.moment = Some((time, season));
+        for s in 0..self.plan.streams.len() {
+            self.advance(s, time, season);
+        }
+        self.eliminate(time, season);
+    }
+
+    pub fn tally(&self) -> Tally {
+        let eliminated = self.litter.len();
+        let all = self.falling.len() + eliminated;
+        Tally { falling: all - self.landed, landed: self.landed, eliminated, checked: self.checked }
+    }
+
+    fn clear(&mut self) {
+        self.falling.clear();
+        self.litter.clear();
+        self.shown.fill(0..0);
+        for slot in &mut self.slots {
+            slot.place = Place::Nowhere;
+            slot.landed = false;
+        }
+        self.landings.clear();
+        self.waiting.clear();
+        self.landed = 0;
+    }
+
+    /// Takes out the leaves of a stream that have vanished and adds those that have detached.
+    fn advance(&mut self, s: usize, time: f32, season: f32) {
+        let stream = self.plan.streams[s];
+        let before = self.shown[s].clone();
+        let end = self.detached(&stream, before.end, time);
+        let start = end.saturating_sub(stream.keep);
+        if end == before.end {
+            return;
+        }
+        for entry in before.start..start.min(before.end) {
+            self.remove(&stream, entry);
+        }
+        let falls = &self.falls;
+        let variation = falls.variation.clone();
+        let fall = Fall::new(&falls.paths, &self.terrain, falls.wind, variation, falls.settings);
+        let fresh: Vec<(u32, FallingLeaf)> = (start.max(before.end)..end)
+            .map(|entry| (entry, self.falling_leaf(&fall, &stream, entry)))
+            .collect();
+        self.shown[s] = start..end;
+        for (entry, leaf) in fresh {
+            let due = leaf.detach_time + leaf.landing.w;
+            let landed = due <= time;
+            let index = self.slot(&stream, entry);
+            let place = if landed && self.falls.elimination != Elimination::Off {
+                let lying = litter_leaf(&leaf, &self.models[stream.model as usize], season);
+                Place::Litter(self.litter.regions[stream.bin as usize].push(lying, index as u32))
+            } else {
+                let at = self.falling.regions[stream.bin as usize].push(leaf, index as u32);
+                if let Elimination::Progressive { .. } = self.falls.elimination {
+                    let time = leaf.detach_time;
+                    self.waiting.push_back(Due { time, stream: s as u32, entry });
+                }
+                Place::Falling(at)
+            };
+            self.slots[index] = Slot { entry, place, landed };
+            if landed {
+                self.landed += 1;
+            } else {
+                self.landings.push(Due { time: due, stream: s as u32, entry });
+            }
+        }
+    }
+
+    fn slot(&self, stream: &Stream, entry: u32) -> usize {
+        (stream.slot_first + entry % stream.keep) as usize
+    }
+
+    fn record(&self, stream: &Stream, entry: u32) -> (u32, &LeafRecord) {
+        let leaf = self.records.shed_lists[(stream.list_first + entry) as usize];
+        (leaf, &self.records.records[(stream.leaf_first + leaf) as usize])
+    }
+
+    fn detach_time(&self, stream: &Stream, entry: u32) -> f32 {
+        let tree = TreeShedding {
+            delay: stream.delay,
+            gust_phase: stream.gust_phase,
+            seed: stream.seed,
+            leaves: stream.leaf_count,
+        };
+        let rank = self.record(stream, entry).1.rank;
+        self.falls.shedding.detach_time(&tree, self.gust_rate, rank)
+    }
+
+    /// Entries of a stream that have detached by `time`; `least` of them are known to have.
+    fn detached(&self, stream: &Stream, least: u32, time: f32) -> u32 {
+        let gone = |entry: u32| self.detach_time(stream, entry) <= time;
+        // Few or none since the last frame: look ahead in steps that double.
+        let (mut low, mut step) = (least, 1);
+        while low < stream.list_count && gone((low + step - 1).min(stream.list_count - 1)) {
+            low = (low + step).min(stream.list_count);
+            step *= 2;
+        }
+        let mut high = (low + step - 1).min(stream.list_count);
+        while low < high {
+            let middle = u32::midpoint(low, high);
+            if gone(middle) { low = middle + 1 } else { high = middle }
+        }
+        low
+    }
+
+    fn falling_leaf(&self, fall: &Fall<'_>, stream: &Stream, entry: u32) -> FallingLeaf {
+        let (leaf, record) = self.record(stream, entry);
+        let model = &self.models[stream.model as usize];
+        let turn = |v: Vec3| {
+            let (c, s) = (stream.cos_yaw, stream.sin_yaw);
+            Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x)
+        };
+        let own = unpack_rotation([record.orientation_xy, record.orientation_zw]);
+        let detach_time = self.detach_time(stream, entry);
+        let leaf_fall = LeafFall {
+            origin: stream.position + turn(record.center) * stream.scale,
+            twig_orientation: Quat::from_rotation_y(stream.sin_yaw.atan2(stream.cos_yaw)) * own,
+            seed: hash(stream.seed, leaf),
+            group: stream.path_group,
+            detach_time: f64::from(detach_time),
+        };
+        let landing = fall.landing(&leaf_fall);
+        let scale = record.scale * stream.scale;
+        let next = entry + stream.keep;
+        let from_center = (record.center - model.crown_center) / model.crown_extent;
+        let [material, ambient, bent_x, bent_y] = record.look.to_le_bytes();
+        let bent = from_octahedral(Vec2::new(from_snorm8(bent_x), from_snorm8(bent_y)));
+        let bent = octahedral(turn(bent));
+        let ambient = f32::from(ambient) * crown_ambient(from_center.length());
+        let [twig_xy, twig_zw] = pack_rotation(leaf_fall.twig_orientation);
+        let [lying_xy, lying_zw] = pack_rotation(landing.orientation);
+        FallingLeaf {
+            origin: leaf_fall.origin,
+            detach_time,
+            landing: landing.position.extend(landing.time),
+            scale,
+            stack: scale * stream.thickness + 0.002 + 0.012 * unit(hash(leaf_fall.seed, 13)),
+            vanish_time: if next < stream.list_count {
+                self.detach_time(stream, next)
+            } else {
+                NEVER
+            },
+            ripe: stream.season_offset + 0.12 * from_center.y,
+            twig_xy,
+            twig_zw,
+            lying_xy,
+            lying_zw,
+            seed: leaf_fall.seed,
+            look: u32::from_le_bytes([
+                material,
+                ambient.round() as u8,
+                snorm8(bent.x),
+                snorm8(bent.y),
+            ]),
+            path_group: stream.path_group,
+            model: stream.model,
+        }
+    }
+
+    fn remove(&mut self, stream: &Stream, entry: u32) {
+        let index = self.slot(stream, entry);
+        let slot = self.slots[index];
+        if slot.landed {
+            self.landed -= 1;
+        }
+        self.slots[index] = Slot { entry, place: Place::Nowhere, landed: false };
+        let bin = stream.bin as usize;
+        match slot.place {
+            Place::Nowhere => {}
+            Place::Falling(at) => {
+                if let Some(moved) = self.falling.regions[bin].swap_remove(at) {
+                    self.slots[moved as usize].place = Place::Falling(at);
+                }
+            }
+            Place::Litter(at) => {
+                if let Some(moved) = self.litter.regions[bin].swap_remove(at) {
+                    self.slots[moved as usize].place = Place::Litter(at);
+                }
+            }
+        }
+    }
+
+    /// Counts what has landed, and moves it to the litter as [`Elimination`] says.
+    fn eliminate(&mut self, time: f32, season: f32) {
+        self.checked = 0;
+        while let Some(&due) = self.landings.peek().filter(|due| due.time <= time) {
+            self.landings.pop();
+            let index = self.slot(&self.plan.streams[due.stream as usize], due.entry);
+            let slot = &mut self.slots[index];
+            if slot.entry != due.entry || slot.place == Place::Nowhere {
+                continue; // it has vanished
+            }
+            slot.landed = true;
+            self.landed += 1;
+            if self.falls.elimination == Elimination::Scheduled {
+                self.checked += 1;
+                self.lay_down(due, season);
+            }
+        }
+        let Elimination::Progressive { per_frame } = self.falls.elimination else {
+            return;
+        };
+        for _ in 0..self.waiting.len().min(per_frame as usize) {
+            let ready = |due: &&Due| due.time + LONG_ENOUGH <= time;
+            let Some(&due) = self.waiting.front().filter(ready) else {
+                break;
+            };
+            self.waiting.pop_front();
+            self.checked += 1;
+            let slot = self.slots[self.slot(&self.plan.streams[due.stream as usize], due.entry)];
+            if slot.entry != due.entry || slot.place == Place::Nowhere {
+                continue; // it has vanished
+            }
+            if slot.landed {
+                self.lay_down(due, season);
+            } else {
+                self.waiting.push_back(due); // in its turn again
+            }
+        }
+    }
+
+    /// From the list of falling leaves to the litter.
+    fn lay_down(&mut self, due: Due, season: f32) {
+        let stream = self.plan.streams[due.stream as usize];
+        let (bin, index) = (stream.bin as usize, self.slot(&stream, due.entry));
+        let Place::Falling(at) = self.slots[index].place else {
+            return;
+        };
+        let leaf = self.falling.regions[bin].items[at as usize];
+        if let Some(moved) = self.falling.regions[bin].swap_remove(at) {
+            self.slots[moved as usize].place = Place::Falling(at);
+        }
+        let lying = litter_leaf(&leaf, &self.models[stream.model as usize], season);
+        let at = self.litter.regions[bin].push(lying, index as u32);
+        self.slots[index].place = Place::Litter(at);
+    }
+}
+
+/// The twin of `loose_leaf` in `shaders/shared/loose.wgsl` for a leaf that lies, before it withers.
+fn litter_leaf(leaf: &FallingLeaf, model: &Model, season: f32) -> LitterLeaf {
+    let up = unpack_rotation([leaf.lying_xy, leaf.lying_zw]) * Vec3::Y;
+    let up = if up.y < 0.0 { -up } else { up };
+    let color = (season_color(leaf, model, season) * 0.5).max(Vec3::ZERO).map(f32::sqrt);
+    let [r, g, b] = color.to_array().map(unorm8);
+    let [material, _, bent_x, bent_y] = leaf.look.to_le_bytes();
+    LitterLeaf {
+        position: leaf.landing.truncate() + up * leaf.stack,
+        scale: leaf.scale,
+        orientation_xy: leaf.lying_xy,
+        orientation_zw: leaf.lying_zw,
+        color: u32::from_le_bytes([r, g, b, unorm8(0.9)]),
+        look: u32::from_le_bytes([material, bent_x, bent_y, 255]),
+        landed_time: leaf.detach_time + leaf.landing.w,
+        vanish_time: leaf.vanish_time,
+        padding0: 0,
+        padding1: 0,
+    }
+}
+
+/// The twin of `season_color` in `shaders/shared/loose.wgsl`.
+fn season_color(leaf: &FallingLeaf, model: &Model, season: f32) -> Vec3 {
+    let u = |draw: u32| unit(hash(leaf.seed, draw));
+    let own = (u(10) + u(12) - 1.0) * model.palette_spread;
+    let phase = (season + leaf.ripe + own).clamp(0.0, 1.0);
+    let brightness = Vec3::splat(0.82 + 0.36 * u(11));
+    if model.palette_count < 2 {
+        return brightness;
+    }
+    let x = phase * (model.palette_count - 1) as f32;
+    let i = (x as u32).min(model.palette_count - 2) as usize;
+    brightness * model.palette[i].lerp(model.palette[i + 1], x - i as f32).truncate()
+}
+
+fn crown_ambient(inside: f32) -> f32 {
+    let x = ((inside - 0.15) / (0.95 - 0.15)).clamp(0.0, 1.0);
+    0.35 + 0.65 * x * x * (3.0 - 2.0 * x)
+}
+
+fn unorm8(v: f32) -> u8 {
+    (v.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+fn from_snorm8(byte: u8) -> f32 {
+    (f32::from(byte as i8) / 127.0).max(-1.0)
+}
+
+fn unpack_rotation([xy, zw]: [u32; 2]) -> Quat {
+    let low = |v: u32| f32::from(v as u16 as i16) / 32767.0;
+    let q = Quat::from_xyzw(low(xy), low(xy >> 16), low(zw), low(zw >> 16));
+    if q.length_squared() > 0.0 { q.normalize() } else { Quat::IDENTITY }
+}
+
+/// The inverse of [`octahedral`].
+fn from_octahedral(p: Vec2) -> Vec3 {
+    let y = 1.0 - p.x.abs() - p.y.abs();
+    let t = (-y).max(0.0);
+    let fold = |v: f32| v + if v >= 0.0 { -t } else { t };
+    Vec3::new(fold(p.x), y, fold(p.y)).normalize_or(Vec3::Y)
+}

@@ -1,0 +1,89 @@
+//! Leaves thrown at a rate, for benchmarks and for pictures of a known number of leaves (VB 6.3).
+
+use crate::Stage;
+use glam::Quat;
+use windfall_core::path::{Fall, LeafFall};
+use windfall_core::rng::{hash, unit};
+use windfall_core::shed::Shedding;
+
+/// Leaves whose falls are looked at to know how long falls take.
+const PROBES: u32 = 1000;
+
+impl Stage {
+    /// Leaves of all trees.
+    pub fn leaf_count(&self) -> u64 {
+        let leaves = |model: u32| self.trees[model as usize].foliage.leaves.len() as u64;
+        self.forest.instances.iter().map(|i| leaves(i.model)).sum()
+    }
+
+    /// Mean and longest time that leaves take from twig to ground, seconds: of a thousand leaves
+    /// drawn by chance.
+    pub fn fall_times(&self) -> (f32, f32) {
+        let falls = &self.falls;
+        let fall = Fall::new(
+            &falls.paths,
+            &self.forest.terrain,
+            falls.wind,
+            falls.variation.clone(),
+            falls.settings,
+        );
+        let instances = &self.forest.instances;
+        let (mut sum, mut longest, mut count) = (0.0, 0.0f32, 0u32);
+        for probe in 0..PROBES {
+            let pick = |draw: u32, n: usize| (unit(hash(probe, draw)) * n as f32) as usize;
+            let Some(instance) = instances.get(pick(1, instances.len())) else {
+                break;
+            };
+            let leaves = &self.trees[instance.model as usize].foliage.leaves;
+            let Some(leaf) = leaves.get(pick(2, leaves.len())) else {
+                continue;
+            };
+            let landing = fall.landing(&LeafFall {
+                origin: instance.world_from_tree(leaf.center),
+                twig_orientation: instance.rotation() * Quat::IDENTITY,
+                seed: hash(probe, 3),
+                group: falls.groups.get(instance.model as usize).copied().unwrap_or(0),
+                detach_time: 0.0,
+            });
+            sum += landing.time;
+            longest = longest.max(landing.time);
+            count += 1;
+        }
+        (sum / count.max(1) as f32, longest)
+    }
+
+    /// Lets leaves fall at `rate` a second over the whole forest, evenly, from `start` seconds on
+    /// until none is left.
+    pub fn throw(&mut self, rate: f32, start: f32) {
+        let duration = (self.leaf_count() as f32 / rate.max(1e-6)).clamp(0.1, 1e7);
+        self.falls.shedding = Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 };
+    }
+
+    /// Keeps about `count` leaves in the air from time 0 on, as long as there are leaves; returns
+    /// the rate, leaves a second.
+    pub fn keep_falling(&mut self, count: u32) -> f32 {
+        let (mean, longest) = self.fall_times();
+        let rate = count as f32 / mean.max(0.1);
+        self.throw(rate, -longest);
+        rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Stage, named};
+    use std::convert::Infallible;
+
+    #[test]
+    fn as_many_leaves_are_in_the_air_as_were_asked_for() {
+        let scene = named("lone-oak").unwrap();
+        let mut stage: Stage =
+            scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
+        let rate = stage.keep_falling(500);
+        let (mean, longest) = stage.fall_times();
+        assert!((rate * mean - 500.0).abs() < 1.0, "{rate} leaves/s for {mean} s");
+        assert!(longest >= mean);
+        let s = stage.falls.shedding;
+        assert!((stage.leaf_count() as f32 / s.duration - rate).abs() < rate * 0.01);
+    }
+}
