@@ -115,6 +115,18 @@ impl std::str::FromStr for Show {
 }
 
 impl View {
+    /// A camera's view at time 0 in mid-autumn, under the default sky, with shadows.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            sky: Sky::default(),
+            time: 0.0,
+            season: 0.5,
+            shadows: true,
+            show: Show::Picture,
+        }
+    }
+
     pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
         // The lower the sun, the longer its way through the air: blue is scattered out first.

@@ -11,7 +11,7 @@ use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree};
 use windfall_gpu::{
-    Camera, Capture, Falls, GpuForest, Renderer, Sky, Target, View, wgpu, wgpu_profiler,
+    Camera, Capture, Falls, GpuForest, Renderer, Target, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
@@ -89,7 +89,7 @@ fn falls(trees: &[Tree]) -> Falls {
 
 fn view(eye: [f32; 3], target: [f32; 3]) -> View {
     let camera = Camera { eye: eye.into(), target: target.into(), fov_y: 0.8, near: 0.1 };
-    View { camera, sky: Sky::default(), time: 0.0, season: 0.55, shadows: true }
+    View { season: 0.55, ..View::new(camera) }
 }
 
 fn stand(position: Vec3, model: u32) -> Instance {

@@ -9,7 +9,7 @@ use windfall::forest::{KeepOut, Placement, Terrain};
 use windfall::glam::{Vec2, Vec3};
 use windfall::tree::{ImportOptions, export_glb, import, species::Species};
 use windfall::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
-use windfall::{Camera, Capture, Falls, GpuForest, Renderer, Sky, Target, View, wgpu};
+use windfall::{Camera, Capture, Falls, GpuForest, Renderer, Target, View, wgpu};
 
 const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 960, height: 540, depth_or_array_layers: 1 };
 
@@ -68,7 +68,7 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
 
     // A frame, and its way back.
     let camera = Camera { eye, target, fov_y: 0.9, near: 0.1 };
-    let view = View { camera, sky: Sky::default(), time: 20.0, season: 0.55, shadows: true };
+    let view = View { time: 20.0, ..View::new(camera) };
     let mut encoder = device.create_command_encoder(&Default::default());
     let target = Target { canvas: &canvas, picture: &texture.create_view(&Default::default()) };
     let stats = renderer.render(&queue, &mut encoder, &profiler, &gpu_forest, &view, target);

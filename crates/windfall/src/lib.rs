@@ -15,7 +15,7 @@
 //! use windfall::glam::Vec3;
 //! use windfall::tree::species::Species;
 //! use windfall::wgpu_profiler::GpuProfiler;
-//! use windfall::{Camera, Falls, GpuForest, Renderer, Sky, Target, View, wgpu};
+//! use windfall::{Camera, Falls, GpuForest, Renderer, Target, View, wgpu};
 //!
 //! # fn host(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &GpuProfiler,
 //! #     picture: &wgpu::TextureView) {
@@ -37,13 +37,8 @@
 //!
 //! // Every frame: a view, recorded into the host's encoder.
 //! let (eye, target) = (Vec3::new(0.0, 1.7, 40.0), Vec3::new(0.0, 6.0, 0.0));
-//! let view = View {
-//!     camera: Camera { eye, target, fov_y: 0.8, near: 0.1 },
-//!     sky: Sky::default(),
-//!     time: 3.0,
-//!     season: 0.55,
-//!     shadows: true,
-//! };
+//! let camera = Camera { eye, target, fov_y: 0.8, near: 0.1 };
+//! let view = View { time: 3.0, ..View::new(camera) };
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! let target = Target { canvas: &canvas, picture };
 //! let stats = renderer.render(queue, &mut encoder, profiler, &gpu_forest, &view, target);
