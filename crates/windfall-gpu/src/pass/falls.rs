@@ -183,7 +183,6 @@ impl Falls {
 
 #[cfg(test)]
 mod tests {
-    use crate::falls::TALLIES;
     use crate::shared::LooseLeaf;
     use crate::{Camera, Falls, GpuForest, Renderer, Sky, Target, View};
     use glam::{Quat, Vec3};
@@ -277,7 +276,7 @@ mod tests {
         }
 
         /// Renders a moment from far away, everything in view; the loose leaves, and the tallies.
-        fn loose_leaves(&self, time: f32) -> (Vec<LooseLeaf>, [u32; TALLIES]) {
+        fn loose_leaves(&self, time: f32) -> (Vec<LooseLeaf>, [u32; 5]) {
             let Self { device, queue, renderer, forest } = self;
             let canvas = renderer.canvas(device, 8, 8);
             let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -322,7 +321,7 @@ mod tests {
                 let first = bin.first as usize;
                 leaves.extend(&drawn[first..first + counters[5 * i + 1] as usize]);
             }
-            let tallies = &counters[5 * forest.falls.bins.len()..][..TALLIES];
+            let tallies = &counters[5 * forest.falls.bins.len()..][..5];
             (leaves, tallies.try_into().unwrap())
         }
     }
