@@ -3,6 +3,7 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
+mod bench;
 mod gpu;
 mod output;
 mod path;
@@ -49,6 +50,8 @@ enum Command {
     Tree(tree::Args),
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
+    /// Measure what falling leaves cost on this machine's GPU
+    Bench(Box<bench::Args>),
     /// List the built-in scenes
     Scenes {
         /// Print this scene as a file to start from
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Path(args) => path::run(args),
+        Command::Bench(args) => bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
         Command::Completions { shell } => completions(shell),
     };

@@ -1,7 +1,6 @@
 //! Leaves thrown at a rate, for benchmarks and for pictures of a known number of leaves (VB 6.3).
 
 use crate::Stage;
-use glam::Quat;
 use windfall_core::path::{Fall, LeafFall};
 use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
@@ -17,31 +16,30 @@ impl Stage {
     }
 
     /// Mean and longest time that leaves take from twig to ground, seconds: of a thousand leaves
-    /// drawn by chance.
-    pub fn fall_times(&self) -> (f32, f32) {
+    /// drawn by chance from the first `share` (`0..=1`) of each tree to fall. Those that fall first
+    /// come from higher up.
+    pub fn fall_times(&self, share: f32) -> (f32, f32) {
         let falls = &self.falls;
-        let fall = Fall::new(
-            &falls.paths,
-            &self.forest.terrain,
-            falls.wind,
-            falls.variation.clone(),
-            falls.settings,
-        );
+        let variation = falls.variation.clone();
+        let ground = &self.forest.terrain;
+        let fall = Fall::new(&falls.paths, ground, falls.wind, variation, falls.settings);
         let instances = &self.forest.instances;
         let (mut sum, mut longest, mut count) = (0.0, 0.0f32, 0u32);
         for probe in 0..PROBES {
-            let pick = |draw: u32, n: usize| (unit(hash(probe, draw)) * n as f32) as usize;
-            let Some(instance) = instances.get(pick(1, instances.len())) else {
+            let draw = |counter: u32| unit(hash(probe, counter));
+            let Some(instance) = instances.get((draw(1) * instances.len() as f32) as usize) else {
                 break;
             };
-            let leaves = &self.trees[instance.model as usize].foliage.leaves;
-            let Some(leaf) = leaves.get(pick(2, leaves.len())) else {
+            let foliage = &self.trees[instance.model as usize].foliage;
+            let rank = (draw(2) * share * foliage.leaves.len() as f32) as usize;
+            let Some(&index) = foliage.shed_order.get(rank) else {
                 continue;
             };
+            let leaf = &foliage.leaves[index as usize];
             let landing = fall.landing(&LeafFall {
                 origin: instance.world_from_tree(leaf.center),
-                twig_orientation: instance.rotation() * Quat::IDENTITY,
-                seed: hash(probe, 3),
+                twig_orientation: instance.rotation() * leaf.orientation,
+                seed: hash(instance.seed, index),
                 group: falls.groups.get(instance.model as usize).copied().unwrap_or(0),
                 detach_time: 0.0,
             });
@@ -62,9 +60,14 @@ impl Stage {
     /// Keeps about `count` leaves in the air from time 0 on, as long as there are leaves; returns
     /// the rate, leaves a second.
     pub fn keep_falling(&mut self, count: u32) -> f32 {
-        let (mean, longest) = self.fall_times();
-        let rate = count as f32 / mean.max(0.1);
-        self.throw(rate, -longest);
+        let (mut rate, mut share) = (0.0, 1.0);
+        // Which leaves fall about time 0 depends on the rate, and that on how long those fall.
+        for _ in 0..4 {
+            let (mean, longest) = self.fall_times(share);
+            rate = count as f32 / mean.max(0.1);
+            self.throw(rate, -longest);
+            share = (2.0 * longest / self.falls.shedding.duration).min(1.0);
+        }
         rate
     }
 }
@@ -80,8 +83,8 @@ mod tests {
         let mut stage: Stage =
             scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
         let rate = stage.keep_falling(500);
-        let (mean, longest) = stage.fall_times();
-        assert!((rate * mean - 500.0).abs() < 1.0, "{rate} leaves/s for {mean} s");
+        let (mean, longest) = stage.fall_times(1.0);
+        assert!((rate * mean / 500.0 - 1.0).abs() < 0.5, "{rate} leaves/s for {mean} s");
         assert!(longest >= mean);
         let s = stage.falls.shedding;
         assert!((stage.leaf_count() as f32 / s.duration - rate).abs() < rate * 0.01);

@@ -1,0 +1,379 @@
+//! `windfall bench falling`: what falling leaves cost (VB 6.3 and beyond).
+
+use super::bare::Bare;
+use super::stand::Easel;
+use super::{Spread, line};
+use crate::gpu::Gpu;
+use crate::render::parse_size;
+use anyhow::{Context, bail};
+use glam::Vec3;
+use serde::Serialize;
+use std::path::PathBuf;
+use windfall_core::forest::{Placement, Terrain};
+use windfall_core::shed::Shedding;
+use windfall_core::tree::Tree;
+use windfall_core::tree::species::Species;
+use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Show, Sky, Strategy, View};
+use windfall_scenes::Stage;
+
+/// Frames drawn before any is measured: pipelines compile, lists are built.
+const WARM_UP: u32 = 3;
+/// Frames of the whole walk (VB: "more than 3000").
+const WALK: f32 = 3000.0;
+
+/// Arguments of `windfall bench falling`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Parts to run: a (VB's scene, each strategy), b (a million leaves), c (cost against count)
+    #[arg(long, value_name = "abc", default_value = "abc")]
+    parts: String,
+    /// Measured frames of each kind
+    #[arg(long, value_name = "N", default_value_t = 15)]
+    frames: u32,
+    /// Size of the picture
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "320x180")]
+    size: (u32, u32),
+    /// Leaves in the air in part a
+    #[arg(long, value_name = "N", default_value_t = 12_000)]
+    falling: u32,
+    /// Leaves thrown each second in part a, from time 0 on, instead of --falling
+    #[arg(long, value_name = "N", conflicts_with = "falling")]
+    throw_rate: Option<f32>,
+    /// Moment of the first measured frame in part a, seconds
+    #[arg(long, value_name = "S", default_value_t = 8.0)]
+    start: f32,
+    /// Leaves of part b
+    #[arg(long, value_name = "N", default_value_t = 1 << 20)]
+    many: u32,
+    /// Most leaves of part c
+    #[arg(long, value_name = "N", default_value_t = 1 << 22)]
+    most: u32,
+    /// Also write the numbers to this file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Serialize, Default)]
+struct Report {
+    adapter: String,
+    size: (u32, u32),
+    strategies: Vec<StrategyRow>,
+    many: Option<Many>,
+    counts: Option<Counts>,
+}
+
+#[derive(Serialize)]
+struct StrategyRow {
+    name: String,
+    wall_ms: Spread,
+    gpu_ms: Spread,
+    /// Against the frame of the same moment in which no leaf moves.
+    ratio: Spread,
+    /// Frames at the end over frames at the beginning, fifths of the run.
+    drift: f64,
+    listed: u64,
+}
+
+#[derive(Serialize)]
+struct Many {
+    leaves: u64,
+    copy_ms: Spread,
+    pose_ms: Spread,
+    pose_over_copy: f64,
+    bare_draw_ms: Spread,
+    frame_ms: Spread,
+    frame_without_ms: Spread,
+    leaves_over_bare_draw: f64,
+    slot_bytes: u32,
+    draw_bytes: u32,
+}
+
+#[derive(Serialize)]
+struct Counts {
+    /// Leaves, pose pass, whole frame.
+    points: Vec<(u64, f64, f64)>,
+    pose_ns_per_leaf: f64,
+    pose_r2: f64,
+    frame_ns_per_leaf: f64,
+    frame_r2: f64,
+}
+
+/// Runs `windfall bench falling`.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    if args.frames == 0 || args.parts.chars().any(|c| !"abc".contains(c)) {
+        bail!("--parts is of a, b and c, and --frames at least 1");
+    }
+    let mut gpu = Gpu::open()?;
+    println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
+    let easel = Easel::new(&gpu, args.size);
+    let mut report =
+        Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
+    if args.parts.contains('a') {
+        report.strategies = strategies(args, &mut gpu, &easel)?;
+    }
+    if args.parts.contains('b') {
+        report.many = Some(many(args, &mut gpu, &easel)?);
+    }
+    if args.parts.contains('c') {
+        report.counts = Some(counts(args, &mut gpu, &easel)?);
+    }
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report)?;
+        std::fs::write(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Seven trees, 800 thousand triangles (VB 6.3).
+fn grove() -> Stage {
+    let species: [Species; 4] =
+        [Species::Maple, Species::Oak, Species::Birch, Species::Beech];
+    let trees: Vec<Tree> = species.iter().map(|s| s.grow_with(1, 8600)).collect();
+    let placement = Placement {
+        trees: 7,
+        spacing: 7.0,
+        keep_out: Vec::new(),
+        scale: (0.9, 1.1),
+        season_spread: 0.1,
+        seed: 5,
+    };
+    let weights = vec![1.0; trees.len()];
+    let mut falls = Falls::default();
+    falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
+    let forest = placement.place(Terrain::rolling(200.0, 2.0, 3), &weights);
+    Stage { trees, forest, falls }
+}
+
+fn view(eye: Vec3, target: Vec3, time: f32) -> View {
+    View {
+        camera: Camera { eye, target, fov_y: 0.9, near: 0.1 },
+        sky: Sky::default(),
+        time,
+        season: 0.55,
+        show: Show::Picture,
+    }
+}
+
+/// Once around the trees in [`WALK`] frames, thirty a second.
+fn walk(stage: &Stage, time: f32) -> View {
+    let angle = time * 30.0 / WALK * std::f32::consts::TAU;
+    let (x, z) = (21.0 * angle.sin(), 21.0 * angle.cos());
+    let eye = Vec3::new(x, stage.forest.terrain.height(x, z) + 1.7, z);
+    view(eye, Vec3::new(0.0, 5.5, 0.0), time)
+}
+
+fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<StrategyRow>> {
+    let mut stage = grove();
+    let rate = match args.throw_rate {
+        Some(rate) => {
+            stage.throw(rate, 0.0);
+            rate
+        }
+        None => stage.keep_falling(args.falling),
+    };
+    let mut kinds: Vec<(String, GpuForest)> =
+        vec![("none moving".to_owned(), easel.forest(gpu, &stage, &Falls::none()))];
+    for strategy in [
+        Strategy::Compute,
+        Strategy::Vertex,
+        Strategy::Fragment,
+        Strategy::VertexBuffer,
+    ] {
+        let eliminations: &[Elimination] = match strategy {
+            Strategy::Compute => &[Elimination::Scheduled],
+            _ => &Elimination::ALL,
+        };
+        for &elimination in eliminations.iter().rev() {
+            let falls = Falls { strategy, elimination, ..stage.falls.clone() };
+            let name = match strategy {
+                Strategy::Compute => strategy.to_string(),
+                _ => format!("{strategy}, elimination {elimination}"),
+            };
+            kinds.push((name, easel.forest(gpu, &stage, &falls)));
+        }
+    }
+    let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
+    for frame in 0..WARM_UP + args.frames {
+        let time = args.start + frame as f32 / 30.0;
+        for (kind, measured) in kinds.iter().zip(&mut frames) {
+            let result = easel.frame(gpu, &kind.1, &walk(&stage, time))?;
+            if frame >= WARM_UP {
+                measured.push(result);
+            }
+        }
+    }
+    let last = |kind: usize| &frames[kind][frames[kind].len() - 1].stats;
+    println!(
+        "\n(a) {} trees, {} triangles, {:.0} leaves thrown a second; at the end {} in the air, {} \
+         landed",
+        last(0).trees,
+        last(0).triangles_full,
+        rate,
+        last(2).leaves_falling,
+        last(2).leaves_landed,
+    );
+    println!(
+        "{} frames of each from {} s on, in turns; medians (quartiles), ms; wall clock from the \
+         first call to the end of the GPU's work, and timestamps",
+        args.frames, args.start
+    );
+    println!(
+        "{:<38}{:>24}{:>24}{:>20}{:>8}{:>9}",
+        "", "wall", "GPU", "over none moving", "drift", "listed"
+    );
+    let still: Vec<f64> = frames[0].iter().map(|m| m.wall).collect();
+    let mut rows = Vec::new();
+    for (kind, measured) in kinds.iter().zip(&frames) {
+        let wall: Vec<f64> = measured.iter().map(|m| m.wall).collect();
+        let on_gpu: Vec<f64> =
+            measured.iter().filter_map(|m| m.gpu.get("frame").copied()).collect();
+        let ratios: Vec<f64> = wall.iter().zip(&still).map(|(a, b)| a / b).collect();
+        let fifth = (ratios.len() / 5).max(1);
+        let drift = Spread::of(&ratios[ratios.len() - fifth..]).median
+            / Spread::of(&ratios[..fifth]).median;
+        let stats = &measured[measured.len() - 1].stats;
+        let row = StrategyRow {
+            name: kind.0.clone(),
+            wall_ms: Spread::of(&wall),
+            gpu_ms: Spread::of(&on_gpu),
+            ratio: Spread::of(&ratios),
+            drift,
+            listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+        };
+        println!(
+            "{:<38}{:>24}{:>24}{:>20}{:>8.2}{:>9}",
+            row.name, row.wall_ms, row.gpu_ms, row.ratio, row.drift, row.listed
+        );
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// `count` leaves of one shape, all thrown within half a second before time 0 and so in the air.
+fn shower(count: u32) -> Stage {
+    let of_tree = count.min(1 << 16);
+    let trees = vec![Species::Beech.grow_with(3, of_tree)];
+    let placement = Placement {
+        trees: (count / of_tree).max(1),
+        spacing: 6.0,
+        keep_out: Vec::new(),
+        scale: (1.0, 1.0),
+        season_spread: 0.0,
+        seed: 7,
+    };
+    let mut falls = Falls {
+        shedding: Shedding {
+            start: -1.0,
+            duration: 0.5,
+            peak: 0.0,
+            tree_spread: 0.0,
+            burst: 0.0,
+        },
+        capacity: count,
+        ..Falls::default()
+    };
+    falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
+    Stage { forest: placement.place(Terrain::flat(), &[1.0]), trees, falls }
+}
+
+/// A view of the whole shower.
+fn overview(stage: &Stage, time: f32) -> View {
+    let far = stage.forest.instances.iter().map(|i| i.position.length()).fold(0.0, f32::max);
+    view(Vec3::new(0.0, 12.0, 1.6 * far + 24.0), Vec3::new(0.0, 6.0, 0.0), time)
+}
+
+fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
+    let stage = shower(args.many);
+    let falling = easel.forest(gpu, &stage, &stage.falls);
+    // The same bare trees without the leaves that have left them.
+    let without = easel.forest(gpu, &stage, &Falls { capacity: 0, ..stage.falls.clone() });
+    let view = overview(&stage, 0.0);
+    let far = stage.forest.instances.iter().map(|i| i.position.length()).fold(4.0, f32::max);
+    let bounds = (Vec3::new(-far, 0.0, -far), Vec3::new(far, 14.0, far));
+    let aspect = args.size.0 as f32 / args.size.1 as f32;
+    let count = stage.leaf_count() as u32;
+    let clip = view.camera.clip_from_world(aspect);
+    let bare =
+        Bare::new(gpu, count, &stage.trees[0].foliage.shapes[0], bounds, clip, args.size);
+    let (mut copy, mut pose, mut draw, mut frame, mut rest) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for i in 0..WARM_UP + args.frames {
+        let (copied, drawn) = bare.measure(gpu)?;
+        let whole = easel.frame(gpu, &falling, &view)?;
+        let bald = easel.frame(gpu, &without, &view)?;
+        if i >= WARM_UP {
+            copy.push(copied);
+            draw.push(drawn);
+            pose.push(whole.gpu.get("pose").copied().unwrap_or(f64::NAN));
+            frame.push(whole.wall);
+            rest.push(bald.wall);
+        }
+    }
+    let [copy_ms, pose_ms, bare_draw_ms, frame_ms, frame_without_ms] =
+        [&copy, &pose, &draw, &frame, &rest].map(|v| Spread::of(v));
+    let many = Many {
+        leaves: u64::from(count),
+        pose_over_copy: pose_ms.median / copy_ms.median,
+        leaves_over_bare_draw: (frame_ms.median - frame_without_ms.median) / bare_draw_ms.median,
+        copy_ms,
+        pose_ms,
+        bare_draw_ms,
+        frame_ms,
+        frame_without_ms,
+        slot_bytes: 32,
+        draw_bytes: 32,
+    };
+    println!("\n(b) {} leaves in the air, compute; medians (quartiles) of {} frames, ms", count, args.frames);
+    println!("copy of 32 bytes a leaf, GPU clock       {}", many.copy_ms);
+    println!(
+        "pose pass, GPU clock                     {}   {:.2} x copy",
+        many.pose_ms, many.pose_over_copy
+    );
+    println!("bare instanced draw, wall clock          {}", many.bare_draw_ms);
+    println!("whole frame, wall clock                  {}", many.frame_ms);
+    println!("the same frame without those leaves      {}", many.frame_without_ms);
+    println!(
+        "the leaves' part over the bare draw      {:.2}",
+        many.leaves_over_bare_draw
+    );
+    println!("memory a leaf: {} bytes of state, {} bytes to draw it", 32, 32);
+    Ok(many)
+}
+
+fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
+    println!("\n(c) cost against count, compute; medians of {} frames", args.frames);
+    println!("{:>10}{:>14}{:>16}", "leaves", "pose, GPU ms", "frame, wall ms");
+    let mut points = Vec::new();
+    let mut count = 1 << 10;
+    while count <= args.most {
+        let stage = shower(count);
+        let forest = easel.forest(gpu, &stage, &stage.falls);
+        let view = overview(&stage, 0.0);
+        let (mut pose, mut frame) = (Vec::new(), Vec::new());
+        for i in 0..WARM_UP + args.frames {
+            let measured = easel.frame(gpu, &forest, &view)?;
+            if i >= WARM_UP {
+                pose.push(measured.gpu.get("pose").copied().unwrap_or(f64::NAN));
+                frame.push(measured.wall);
+            }
+        }
+        let (pose, frame) = (Spread::of(&pose).median, Spread::of(&frame).median);
+        println!("{count:>10}{pose:>14.3}{frame:>16.2}");
+        points.push((u64::from(count), pose, frame));
+        count *= 4;
+    }
+    let of = |get: fn(&(u64, f64, f64)) -> f64| {
+        let xy: Vec<(f64, f64)> = points.iter().map(|p| (p.0 as f64, get(p))).collect();
+        let (_, slope, r2) = line(&xy);
+        (slope * 1e6, r2)
+    };
+    let ((pose_ns, pose_r2), (frame_ns, frame_r2)) = (of(|p| p.1), of(|p| p.2));
+    println!("pose: {pose_ns:.1} ns a leaf (R2 {pose_r2:.4}); frame: {frame_ns:.1} ns (R2 {frame_r2:.4})");
+    Ok(Counts {
+        points,
+        pose_ns_per_leaf: pose_ns,
+        pose_r2,
+        frame_ns_per_leaf: frame_ns,
+        frame_r2,
+    })
+}

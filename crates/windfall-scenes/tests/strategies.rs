@@ -1,0 +1,175 @@
+//! The four strategies give the same picture, whatever was drawn before.
+
+use std::convert::Infallible;
+use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+use windfall_gpu::{Capture, Elimination, GpuForest, Renderer, Show, Strategy, Target, View};
+use windfall_scenes::{Scene, Source, Stage, TreeEntry, named};
+
+const SIZE: (u32, u32) = (256, 144);
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Largest mean FLIP error of two pictures that are the same.
+const SAME: f32 = 0.005;
+
+struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    profiler: GpuProfiler,
+    renderer: Renderer,
+}
+
+impl Gpu {
+    fn open() -> Self {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY),
+            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+        });
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))
+            .expect("the test needs a graphics adapter, a software one will do");
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+                required_limits: adapter.limits(),
+                ..Default::default()
+            }))
+            .unwrap();
+        let settings =
+            GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        Self {
+            profiler: GpuProfiler::new(&device, settings).unwrap(),
+            renderer: Renderer::new(&device, FORMAT),
+            device,
+            queue,
+        }
+    }
+
+    fn forest(&self, stage: &Stage, strategy: Strategy, elimination: Elimination) -> GpuForest {
+        let falls = windfall_gpu::Falls { strategy, elimination, ..stage.falls.clone() };
+        GpuForest::with_falls(
+            &self.device,
+            &self.queue,
+            &self.renderer,
+            &stage.trees,
+            &stage.forest,
+            &falls,
+        )
+    }
+
+    fn paint(&self, forest: &GpuForest, view: &View) -> Picture {
+        let (width, height) = SIZE;
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let picture = texture.create_view(&Default::default());
+        let canvas = self.renderer.canvas(&self.device, width, height);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let target = Target { canvas: &canvas, picture: &picture };
+        let stats = self.renderer.render(
+            &self.queue,
+            &mut encoder,
+            &self.profiler,
+            forest,
+            view,
+            target,
+        );
+        let capture = Capture::encode(&self.device, &mut encoder, &texture);
+        self.queue.submit([encoder.finish()]);
+        capture.map();
+        self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let rgba = capture.take().unwrap().unwrap();
+        let rgb = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        Picture { rgb, falling: stats.leaves_falling, eliminated: stats.leaves_eliminated }
+    }
+}
+
+struct Picture {
+    rgb: Vec<u8>,
+    falling: u64,
+    eliminated: u64,
+}
+
+/// Mean FLIP error, 0 for equal pictures to 1.
+fn difference(a: &Picture, b: &Picture) -> f32 {
+    let image = |p: &Picture| nv_flip::FlipImageRgb8::with_data(SIZE.0, SIZE.1, &p.rgb);
+    let error = nv_flip::flip(image(a), image(b), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    nv_flip::FlipPool::from_image(&error).mean()
+}
+
+/// Three trees on a slope, in the wind, that shed so fast that many leaves fall and lie.
+fn scene() -> (Scene, Stage) {
+    let mut scene = named("autumn").unwrap();
+    let entry = |name: &str| TreeEntry {
+        variants: 1,
+        ..TreeEntry::new(Source::Species(name.to_owned()))
+    };
+    scene.trees = vec![entry("birch"), entry("maple")];
+    scene.count = 3;
+    scene.terrain.relief = 0.0;
+    scene.terrain.slope = (0.1, -0.05);
+    scene.spacing = Some(5.0);
+    scene.keep_out = vec![];
+    scene.camera.truncate(1);
+    scene.camera[0].eye = (3.0, 3.0, 16.0);
+    scene.camera[0].target = (0.0, 3.0, 0.0);
+    scene.loose_leaves = 9000;
+    let mut stage = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
+    stage.keep_falling(2500);
+    (scene, stage)
+}
+
+#[test]
+fn strategies_agree_at_any_time() {
+    let gpu = Gpu::open();
+    let (scene, stage) = scene();
+    let forests = Strategy::ALL.map(|s| gpu.forest(&stage, s, Elimination::Scheduled));
+    let still = gpu.forest(
+        &Stage { falls: windfall_gpu::Falls::none(), ..stage.clone() },
+        Strategy::Compute,
+        Elimination::Off,
+    );
+    // The second time is past the capacity: the oldest leaves have vanished. The third goes back.
+    for (time, show) in [(2.0, Show::Picture), (29.5, Show::Picture), (1.0, Show::Laps)] {
+        let view = |t| View { show, ..scene.view(t, &stage.forest.terrain) };
+        let pictures = forests.each_ref().map(|forest| gpu.paint(forest, &view(time)));
+        let reference = &pictures[3];
+        for (strategy, picture) in Strategy::ALL.iter().zip(&pictures).take(3) {
+            let error = difference(reference, picture);
+            println!("{time} s: {strategy} and compute differ by {error:.6}");
+            assert!(error < SAME, "{strategy} differs by {error} at {time} s");
+            assert!(picture.falling > 500, "{} leaves in the air", picture.falling);
+        }
+        // The check can fail: leaves half a second on, and a forest whose leaves hang.
+        let later = difference(reference, &gpu.paint(&forests[3], &view(time + 0.5)));
+        let hanging = difference(reference, &gpu.paint(&still, &view(time)));
+        println!("{time} s: half a second later {later:.6}, no leaf fallen {hanging:.6}");
+        assert!(later > 2.0 * SAME && hanging > 2.0 * SAME, "{later} {hanging}");
+    }
+}
+
+#[test]
+fn elimination_and_what_was_drawn_before_make_no_difference() {
+    let gpu = Gpu::open();
+    let (scene, stage) = scene();
+    let view = |t| scene.view(t, &stage.forest.terrain);
+    let direct = gpu.paint(&gpu.forest(&stage, Strategy::Vertex, Elimination::Off), &view(6.0));
+    assert_eq!(direct.eliminated, 0);
+    for elimination in Elimination::ALL {
+        let forest = gpu.forest(&stage, Strategy::Vertex, elimination);
+        // Forwards, back, and forwards again.
+        for time in [0.0, 0.1, 9.0, 5.0, 5.5, 5.53] {
+            gpu.paint(&forest, &view(time));
+        }
+        let picture = gpu.paint(&forest, &view(6.0));
+        assert_eq!(picture.falling, direct.falling, "{elimination}");
+        assert_eq!(picture.eliminated > 0, elimination != Elimination::Off, "{elimination}");
+        // The order of leaves in a list may decide between two at the same depth.
+        let error = difference(&direct, &picture);
+        println!("elimination {elimination}: {error:.6}");
+        assert!(error < 0.001, "{elimination} differs by {error}");
+    }
+}
