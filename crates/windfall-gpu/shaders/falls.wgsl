@@ -137,6 +137,9 @@ fn land(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 fn in_view(position: vec3<f32>, radius: f32) -> bool {
+    if distance(position, frame.eye) < fall.shadow_reach {
+        return true;
+    }
     for (var i = 0u; i < 5u; i++) {
         if dot(fall.frustum[i], vec4(position, 1.0)) < -radius {
             return false;

@@ -26,6 +26,9 @@ pub(crate) const GROUP: u32 = 64;
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 8;
 
+/// Distance from the camera within which leaves in the air cast shadows, metres.
+const LOOSE_SHADOWS: f32 = 60.0;
+
 /// How leaves fall in a forest.
 #[derive(Debug, Clone)]
 pub struct Falls {
@@ -293,6 +296,7 @@ impl GpuFalls {
             visible_count: visible,
             tree_count: trees,
             show: view.show as u32,
+            shadow_reach: if view.shadows { LOOSE_SHADOWS } else { 0.0 },
             ..self.frame
         }
     }

@@ -296,8 +296,9 @@ gpu_struct! {
         pub model_table: u32,
         /// What colours mean: `windfall_gpu::Show` as a number.
         pub show: u32,
-        /// Unused.
-        pub padding0: u32,
+        /// Distance from the camera within which a leaf may shade what is in view though it is not in
+        /// view itself, metres; 0 without shadows.
+        pub shadow_reach: f32,
         /// Unused.
         pub padding1: u32,
     }
