@@ -86,9 +86,12 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // A closed pipe (`windfall … | head`) is the reader's choice, not a failure.
-            if let Some(io) = error.root_cause().downcast_ref::<std::io::Error>()
-                && io.kind() == std::io::ErrorKind::BrokenPipe
-            {
+            let root = error.root_cause();
+            let kind = root
+                .downcast_ref::<std::io::Error>()
+                .map(std::io::Error::kind)
+                .or_else(|| root.downcast_ref::<serde_json::Error>()?.io_error_kind());
+            if kind == Some(std::io::ErrorKind::BrokenPipe) {
                 return ExitCode::SUCCESS;
             }
             eprintln!("error: {error:#}");

@@ -264,12 +264,6 @@ fn save(out: &Path, set: &PathSet) -> Result<()> {
     Ok(())
 }
 
-/// Writes a whole file or nothing: a temporary one in the same folder takes its place.
 fn write(out: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let context = || format!("cannot write {}", out.display());
-    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(context)?;
-    file.write_all(bytes).with_context(context)?;
-    file.persist(out).with_context(context)?;
-    Ok(())
+    crate::output::write_whole(out, |file| Ok(file.write_all(bytes)?))
 }
