@@ -13,12 +13,12 @@ use windfall_core::rng::Rng;
 const LEAF: u64 = 32;
 
 const COPY: &str = "
-@group(0) @binding(0) var<storage, read> from: array<vec4<u32>>;
-@group(0) @binding(1) var<storage, read_write> to: array<vec4<u32>>;
+@group(0) @binding(0) var<storage, read> source: array<vec4<u32>>;
+@group(0) @binding(1) var<storage, read_write> copies: array<vec4<u32>>;
 @compute @workgroup_size(64)
 fn copy(@builtin(global_invocation_id) id: vec3<u32>) {
-    to[2u * id.x] = from[2u * id.x];
-    to[2u * id.x + 1u] = from[2u * id.x + 1u];
+    copies[2u * id.x] = source[2u * id.x];
+    copies[2u * id.x + 1u] = source[2u * id.x + 1u];
 }";
 
 const DRAW: &str = "
