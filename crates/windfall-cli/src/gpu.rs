@@ -1,6 +1,7 @@
 //! The device of a program without a window.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
+use std::sync::{Arc, Mutex, PoisonError};
 use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
 /// No adapter was found, or not the one that was asked for.
@@ -22,6 +23,8 @@ pub struct Gpu {
     pub profiler: GpuProfiler,
     /// The adapter's name and backend, for people.
     pub adapter: String,
+    /// The first error that no one else took.
+    failure: Arc<Mutex<Option<wgpu::Error>>>,
 }
 
 impl Gpu {
@@ -75,13 +78,33 @@ impl Gpu {
             ..Default::default()
         }))
         .with_context(|| format!("the adapter {} gives no device", info.name))?;
+        let failure = Arc::new(Mutex::new(None));
+        let first = Arc::clone(&failure);
+        // Without this, a device that runs out of memory is a panic.
+        device.on_uncaptured_error(Arc::new(move |error| {
+            first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }));
         let settings = GpuProfilerSettings {
             enable_timer_queries: !timers.is_empty(),
             enable_debug_groups: false,
             ..Default::default()
         };
         let profiler = GpuProfiler::new(&device, settings).context("timers")?;
-        Ok(Self { device, queue, profiler, adapter: format!("{} ({})", info.name, info.backend) })
+        let adapter = format!("{} ({})", info.name, info.backend);
+        Ok(Self { device, queue, profiler, adapter, failure })
+    }
+
+    /// Fails if the device has, as when its memory did not suffice.
+    pub fn check(&self) -> anyhow::Result<()> {
+        match self.failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            None => Ok(()),
+            Some(wgpu::Error::OutOfMemory { .. }) => bail!(
+                "{} has too little memory for this; a smaller --size or fewer kinds of trees take \
+                 less",
+                self.adapter
+            ),
+            Some(error) => Err(error).with_context(|| self.adapter.clone()),
+        }
     }
 
     /// Waits until everything submitted is done.

@@ -80,10 +80,7 @@ fn main() -> ExitCode {
         Command::Path(args) => path::run(args),
         Command::Bench(args) => bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
-        Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "windfall", &mut std::io::stdout());
-            Ok(())
-        }
+        Command::Completions { shell } => completions(shell),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -98,6 +95,13 @@ fn main() -> ExitCode {
             ExitCode::from(if error.is::<gpu::NoAdapter>() { 3 } else { 1 })
         }
     }
+}
+
+fn completions(shell: clap_complete::Shell) -> anyhow::Result<()> {
+    // Into memory first: the generator panics where its reader stops listening.
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "windfall", &mut script);
+    Ok(std::io::stdout().write_all(&script)?)
 }
 
 fn scenes(name: Option<&str>) -> anyhow::Result<()> {

@@ -6,13 +6,13 @@ use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{
-    Canvas, Capture, Elimination, GpuForest, Renderer, Show, Strategy, Target, View,
+    Canvas, Capture, CountLeaves, Elimination, GpuForest, Renderer, Show, Strategy, Target, View,
 };
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
 
@@ -156,6 +156,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         stage.keep_falling(count);
     }
     let painter = Painter::new(&gpu, &stage, scene.size);
+    gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
@@ -183,7 +184,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     progress.finish_and_clear();
     if args.json {
         let report = Report { adapter: gpu.adapter, size: scene.size, frames: reports };
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
 }
@@ -334,12 +335,16 @@ impl Painter {
             target,
         );
         let capture = Capture::encode(&gpu.device, &mut encoder, &self.texture);
+        let count = CountLeaves::encode(&gpu.device, &mut encoder, &self.forest);
         gpu.profiler.resolve_queries(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
         gpu.profiler.end_frame().context("timers")?;
         capture.map();
+        count.map();
         gpu.wait()?;
+        gpu.check()?;
+        let leaves = count.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
         let report = FrameReport {
             frame,
@@ -347,15 +352,17 @@ impl Painter {
             trees: stats.trees,
             trees_visible: stats.trees_visible,
             leaves_total: stats.leaves_total,
-            leaves_hanging_drawn: stats.leaves_hanging_drawn,
-            leaves_falling: stats.leaves_falling,
-            leaves_falling_drawn: 0,
-            leaves_landed: stats.leaves_landed,
+            // Counted on the GPU by one strategy and on the CPU by the others, never by both.
+            leaves_hanging_drawn: u64::from(leaves.hanging_drawn) + stats.leaves_hanging,
+            leaves_falling: u64::from(leaves.falling) + stats.leaves_falling,
+            leaves_falling_drawn: u64::from(leaves.falling_drawn) + stats.leaves_falling,
+            leaves_landed: u64::from(leaves.landed) + stats.leaves_landed,
             leaves_eliminated: stats.leaves_eliminated,
             leaves_checked: stats.leaves_checked,
             triangles_full: stats.triangles_full,
             triangles_drawn: stats.triangles_drawn,
-            lambda_total: stats.lambda_total,
+            // No tree is simplified yet: every leaf of a visible tree is drawn.
+            lambda_total: 1.0,
             cpu_ms,
             gpu_ms: gpu.pass_times().into_iter().collect(),
         };

@@ -110,7 +110,8 @@ impl Wind {
     ) -> Vec3 {
         let start = Self::reduced(detach_time);
         let lag = response.max(1e-4);
-        let fade = (-elapsed / lag).exp();
+        // Below 1e-26 nothing changes, but numbers so small are slow.
+        let fade = (-elapsed / lag).max(-60.0).exp();
         let mut d = self.mean * (elapsed - lag * (1.0 - fade));
         // Waves since the detachment: whole periods carry it nowhere.
         let part = elapsed - Self::PERIOD as f32 * (elapsed / Self::PERIOD as f32).floor();

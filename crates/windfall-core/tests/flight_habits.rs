@@ -13,7 +13,7 @@ struct Habit {
 }
 
 fn habit(name: &str) -> Habit {
-    let plate = presets::find(name).unwrap().body.plate();
+    let plate = presets::find(name).expect("a preset").body.plate();
     let mut h = Habit { descent: 0.0, half_turns: 0.0, tumbling: 0.0, yaw: 0.0 };
     let falls = 20;
     for i in 0..falls {

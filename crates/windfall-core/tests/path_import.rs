@@ -20,7 +20,8 @@ fn csv(rows: usize) -> String {
     let mut out = String::from("time,x,y,z,qx,qy,qz,qw\n");
     for i in 0..rows {
         let (t, p, q) = key(i);
-        writeln!(out, "{t},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w).unwrap();
+        writeln!(out, "{t},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+            .expect("a string takes all");
     }
     out
 }
@@ -332,6 +333,15 @@ fn bad_tables_are_refused_with_their_line() {
     refused(
         &rising,
         "f.csv: the path does not descend: it ends 1.9000 m above its start (is another axis up?)",
+    );
+    let mut darting = String::from("t,x,y,z,rx,ry,rz\n");
+    for i in 0..21 {
+        writeln!(darting, "{},{},{},0,0,0,0", i as f32 * 0.1, i % 2, -0.01 * i as f32).unwrap();
+    }
+    refused(
+        &darting,
+        "f.csv: the path does not descend: it ends 0.2000 m below its start after a way of 20.00 m; \
+         at least 2% are needed",
     );
     assert_eq!(
         read("f.json", b"[{\"t\":0,\"x\":1},{\"t\":1}]").unwrap_err(),

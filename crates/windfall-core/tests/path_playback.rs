@@ -18,7 +18,7 @@ fn swinging(n: usize, rate: f32) -> FallPath {
         (position, Quat::from_rotation_y(0.4 * t) * Quat::from_rotation_z(0.9 * phase.cos()))
     };
     let (p, q) = (0..n).map(at).unzip();
-    FallPath::new("swinging", rate, p, q).unwrap()
+    FallPath::new("swinging", rate, p, q).expect("it descends")
 }
 
 fn leaf(seed: u32, origin: Vec3) -> LeafFall {

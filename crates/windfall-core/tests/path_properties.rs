@@ -39,7 +39,7 @@ fn leaf() -> impl Strategy<Value = LeafFall> {
     let origin = (-40.0f32..40.0, 0.0f32..60.0, -40.0f32..40.0);
     (origin, quaternion(), any::<u32>(), 0.0f64..1e7).prop_map(
         |((x, y, z), twig_orientation, seed, detach_time)| LeafFall {
-            origin: Vec3::new(x, y + 12.0, z),
+            origin: Vec3::new(x, y, z),
             twig_orientation,
             seed,
             group: 0,
@@ -61,7 +61,7 @@ fn variation() -> impl Strategy<Value = Variation> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn falls_are_finite_continuous_and_end_on_the_ground(
@@ -69,6 +69,9 @@ proptest! {
         speed in 0.0f32..12.0, share in 0.0f32..1.0,
     ) {
         let rate = path.rate();
+        // Leaves hang above the ground.
+        let above = ground.height(leaf.origin.x, leaf.origin.z) + 0.05;
+        let leaf = LeafFall { origin: leaf.origin + Vec3::Y * above, ..leaf };
         let fastest = path.positions().windows(2)
             .map(|w| (w[1] - w[0]).length()).fold(0.0, f32::max) * rate;
         let paths = PathSet::new(vec![path]).unwrap();

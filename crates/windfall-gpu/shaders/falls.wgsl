@@ -8,9 +8,12 @@
 @group(1) @binding(4) var<storage, read> leaves: array<LeafRecord>;
 @group(1) @binding(5) var<storage, read> models: array<Model>;
 // Two vectors a slot: where and when the leaf lands; how it lies, and the entry (plus one) it is of.
+// Then a vector a stream, of which x counts the leaves that have detached.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
-// Five words a draw: its indirect arguments. Then a word a stream: its leaves that have detached.
+// Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
+// leaves on the ground, of those drawn, leaves drawn on twigs; then how many slots `land` has to
+// fill: in workgroups, 1, and in slots.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
 fn table(i: u32) -> vec4<f32> {
@@ -43,7 +46,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
             high = middle;
         }
     }
-    atomicStore(&counters[5u * fall.bin_count + id.x], low);
+    slots[2u * fall.slot_count + id.x] = vec4(low, 0u, 0u, 0u);
 }
 
 // The leaf that a slot holds now.
@@ -65,7 +68,7 @@ fn held_by(slot: u32, first_slot: u32) -> Held {
     if s >= fall.stream_count || slot < streams[s].slot_first {
         return out;
     }
-    let detached = atomicLoad(&counters[5u * fall.bin_count + s]);
+    let detached = slots[2u * fall.slot_count + s].x;
     let keep = streams[s].keep;
     let local = slot - streams[s].slot_first;
     if detached == 0u {
@@ -98,19 +101,34 @@ fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
     return out;
 }
 
-// Finds where leaves will land that have detached since the slots were last looked at.
+// Lists the slots whose leaf has changed: those that detached since the slots were last looked at,
+// or all of them after a seek. The list is kept in `drawn`, which nothing else uses yet.
 @compute @workgroup_size(64)
-fn land(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
+fn find(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let held = held_by(id.x, group.x * 64u);
-    if !held.held || slots[2u * id.x + 1u].z == held.entry + 1u {
+    if held.held && slots[2u * id.x + 1u].z != held.entry + 1u {
+        let i = atomicAdd(&counters[5u * fall.bin_count + 7u], 1u);
+        drawn[i].look = id.x;
+        if i % 64u == 0u {
+            atomicAdd(&counters[5u * fall.bin_count + 5u], 1u);
+        }
+    }
+}
+
+// Finds where the leaves of the listed slots will land.
+@compute @workgroup_size(64)
+fn land(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= atomicLoad(&counters[5u * fall.bin_count + 7u]) {
         return;
     }
+    let slot = drawn[id.x].look;
+    let held = held_by(slot, slot);
     let stream = streams[held.stream];
     let leaf = list_entry(stream, held.entry);
     let falls = leaf_fall(stream, leaf, leaves[stream.leaf_first + leaf]);
     let landing = landing_of(falls, variant_of(falls));
-    slots[2u * id.x] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
-    slots[2u * id.x + 1u] = vec4(
+    slots[2u * slot] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
+    slots[2u * slot + 1u] = vec4(
         pack2x16snorm(landing.orientation.xy),
         pack2x16snorm(landing.orientation.zw),
         held.entry + 1u,
@@ -119,6 +137,9 @@ fn land(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
 }
 
 fn in_view(position: vec3<f32>, radius: f32) -> bool {
+    if distance(position, frame.eye) < fall.shadow_reach {
+        return true;
+    }
     for (var i = 0u; i < 5u; i++) {
         if dot(fall.frustum[i], vec4(position, 1.0)) < -radius {
             return false;
@@ -129,6 +150,7 @@ fn in_view(position: vec3<f32>, radius: f32) -> bool {
 
 var<workgroup> workgroup_count: atomic<u32>;
 var<workgroup> workgroup_first: u32;
+var<workgroup> workgroup_tally: array<atomic<u32>, 4>;
 
 // What is constant for the leaf of an entry that `slot` holds.
 fn leaf_constants(stream: Stream, entry: u32, slot: u32) -> LeafConstants {
@@ -173,6 +195,7 @@ fn pose(
     let held = held_by(id.x, group.x * 64u);
     var out: LooseLeaf;
     var seen = false;
+    var in_air = false;
     var bin = 0u;
     var bin_first = 0u;
     if held.held {
@@ -181,21 +204,35 @@ fn pose(
         bin_first = stream.bin_first;
         let constants = leaf_constants(stream, held.entry, id.x);
         out = loose_leaf(constants);
+        in_air = fall.time - constants.falls.detach_time < constants.landing.w;
         seen = in_view(out.position, stream.radius * out.scale);
     }
     if local == 0u {
         atomicStore(&workgroup_count, 0u);
+        for (var i = 0u; i < 4u; i++) {
+            atomicStore(&workgroup_tally[i], 0u);
+        }
     }
     workgroupBarrier();
+    if held.held {
+        atomicAdd(&workgroup_tally[select(2u, 0u, in_air)], 1u);
+    }
     var place = 0u;
     if seen {
         place = atomicAdd(&workgroup_count, 1u);
+        atomicAdd(&workgroup_tally[select(3u, 1u, in_air)], 1u);
         // All leaves of a workgroup are of one draw: whoever is first asks for all of them.
         if place == 0u {
             workgroup_first = bin;
         }
     }
     workgroupBarrier();
+    if local < 4u {
+        let tally = atomicLoad(&workgroup_tally[local]);
+        if tally > 0u {
+            atomicAdd(&counters[5u * fall.bin_count + local], tally);
+        }
+    }
     let count = atomicLoad(&workgroup_count);
     if local == 0u && count > 0u {
         workgroup_first = atomicAdd(&counters[5u * workgroup_first + 1u], count);

@@ -15,50 +15,86 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
     return out;
 }
 
-// Old leaves on the floor, one in a cell of a jittered grid: colour and how much of it is seen.
-fn litter(at: vec2<f32>, width: f32) -> vec4<f32> {
-    let browns = array<vec3<f32>, 4>(
-        vec3(0.20, 0.085, 0.025), vec3(0.36, 0.17, 0.035), vec3(0.12, 0.06, 0.03), vec3(0.30, 0.10, 0.02),
+// What the floor is made of at a place: colour, and height for its own small shadows.
+struct Floor {
+    color: vec3<f32>,
+    height: f32,
+}
+
+// Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
+fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
+    let browns = array<vec3<f32>, 5>(
+        vec3(0.205, 0.095, 0.030), vec3(0.330, 0.165, 0.040), vec3(0.120, 0.062, 0.032),
+        vec3(0.260, 0.100, 0.025), vec3(0.380, 0.230, 0.060),
     );
-    let cell = floor(at);
-    var nearest = 10.0;
-    var color = browns[0];
-    for (var j = -1; j <= 1; j++) {
-        for (var i = -1; i <= 1; i++) {
-            let c = vec2<u32>(vec2<i32>(cell) + vec2(i, j));
-            let key = hash(hash(11u, c.x), c.y);
-            let center = vec2(f32(i), f32(j)) + vec2(unit(key), unit(hash(key, 1u)));
-            let angle = unit(hash(key, 2u)) * 2.0 * PI;
-            let d = (at - cell) - center;
-            let r = vec2(cos(angle) * d.x + sin(angle) * d.y, cos(angle) * d.y - sin(angle) * d.x);
-            let away = length(r * vec2(1.0, 1.7));
-            if away < nearest {
-                nearest = away;
-                color = browns[hash(key, 3u) & 3u] * (0.6 + 0.8 * unit(hash(key, 4u)));
+    let mean = vec3(0.225, 0.115, 0.034);
+    var top = under;
+    for (var layer = 0u; layer < 3u; layer++) {
+        let p = at * (1.0 - 0.13 * f32(layer)) + vec2(7.3, 3.1) * f32(layer);
+        let cell = floor(p);
+        for (var j = -1; j <= 1; j++) {
+            for (var i = -1; i <= 1; i++) {
+                let c = vec2<u32>(vec2<i32>(cell) + vec2(i, j));
+                let key = hash(hash(11u + layer, c.x), c.y);
+                if unit(hash(key, 5u)) > covered {
+                    continue;
+                }
+                let center = vec2(f32(i), f32(j)) + vec2(unit(key), unit(hash(key, 1u)));
+                let angle = unit(hash(key, 2u)) * 2.0 * PI;
+                let d = (p - cell) - center;
+                let along = cos(angle) * d.x + sin(angle) * d.y;
+                let across = cos(angle) * d.y - sin(angle) * d.x;
+                // A leaf: pointed at both ends, its rim a little torn.
+                let half_length = 0.40 + 0.22 * unit(hash(key, 6u));
+                let s = along / half_length;
+                let breadth = half_length * 0.55 * (1.0 - s * s) * (1.0 + 0.15 * sin(along * 40.0));
+                let edge = (breadth - abs(across)) / max(width, 0.02);
+                if abs(s) < 1.0 && edge > 0.0 {
+                    let rib = 1.0 - smoothstep(0.0, 0.03 + width, abs(across));
+                    let shade = 0.65 + 0.75 * unit(hash(key, 4u));
+                    // Darker where it lies under the next, lighter along the rib.
+                    let color = browns[hash(key, 3u) % 5u] * shade * (0.80 + 0.25 * rib + 0.20 * across / half_length);
+                    top.color = mix(top.color, color, min(edge, 1.0));
+                    top.height = mix(top.height, 0.3 * f32(layer + 1u), min(edge, 1.0));
+                }
             }
         }
     }
-    let mean = vec3(0.22, 0.10, 0.028);
-    let blur = smoothstep(0.2, 0.8, width);
-    let seen = 1.0 - smoothstep(0.42, 0.5, nearest);
-    return vec4(mix(color * mix(1.0, 0.7, nearest), mean, blur), mix(seen, 0.72, blur));
+    // Smaller than a pixel, leaves are their mean.
+    let blur = smoothstep(0.25, 0.9, width);
+    let share = 1.0 - pow(1.0 - 0.42 * covered, 3.0);
+    let far = mix(under.color, mean, share);
+    return Floor(mix(top.color, far, blur), mix(top.height, 0.3, blur));
 }
 
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let at = in.world.xz;
-    let width = length(fwidth(at));
+    // Size of a pixel on the ground: seen at a grazing angle it is long and thin; the mean of both
+    // sides keeps the detail, and the fourfold samples keep it still.
+    let dx = dpdx(at);
+    let dy = dpdy(at);
+    let width = sqrt(abs(dx.x * dy.y - dx.y * dy.x)) * 1.5;
     let patches = fractal_noise2(at * 0.11, width * 0.11, 21u);
     let fine = fractal_noise2(at * 3.1, width * 3.1, 22u);
-    let grains = fractal_noise2(at * 23.0, width * 23.0, 23u);
-    let grass = vec3(0.085, 0.115, 0.030) * (1.0 + 0.9 * fine + 0.9 * grains);
-    let earth = vec3(0.095, 0.062, 0.036) * (1.0 + 0.7 * fine + 0.8 * grains);
-    var albedo = mix(earth, grass, smoothstep(-0.12, 0.14, patches + 0.35 * fine));
-    let leaves = litter(at * 11.0, width * 11.0);
-    let covered = smoothstep(-0.22, 0.12, fractal_noise2(at * 0.19 + 40.0, width * 0.19, 24u) + 0.2 * fine);
-    albedo = mix(albedo, leaves.rgb, leaves.a * mix(0.25, 0.95, covered));
+    let grains = fractal_noise2(at * 31.0, width * 31.0, 23u);
+    // Blades of grass: noise stretched along a slowly turning direction.
+    let lean = 6.0 * fractal_noise2(at * 0.35, width * 0.35, 25u);
+    let along = vec2(cos(lean), sin(lean));
+    let blades = value_noise2(vec2(dot(at, along) * 14.0, dot(at, vec2(-along.y, along.x)) * 70.0), 26u) - 0.5;
+    let blades_seen = 1.0 - smoothstep(0.005, 0.02, width);
+    let grass = vec3(0.075, 0.098, 0.028) * (1.0 + 1.1 * fine + 0.6 * grains + 1.2 * blades * blades_seen)
+        + vec3(0.035, 0.022, 0.0) * smoothstep(-0.1, 0.3, patches + fine);
+    let earth = vec3(0.080, 0.054, 0.033) * (1.0 + 0.9 * fine + 1.2 * grains);
+    let grassy = smoothstep(-0.05, 0.12, patches + 0.5 * fine);
+    let under = Floor(mix(earth, grass, grassy), 0.0);
+    let drifts = fractal_noise2(at * 0.19 + 40.0, width * 0.19, 24u) + 0.35 * fine;
+    let covered = mix(0.12, 0.9, smoothstep(-0.2, 0.18, drifts)) * mix(1.0, 0.55, grassy);
+    let cover = litter(at * 9.0, width * 9.0, under, covered);
     let normal = normalize(in.normal);
     let sun = max(dot(normal, frame.sun_direction), 0.0);
-    let light = frame.sun_color * sun / PI * 0.75 + ambient(normal) * 0.9;
-    return vec4(through_air(albedo * light, in.world), 1.0);
+    // Rough ground darkens itself, the more the lower the light.
+    let cavity = 0.72 + 0.35 * cover.height + 0.5 * grains;
+    let light = frame.sun_color * sun / PI * sun_visibility(in.world, 2.0) + ambient(normal) * 0.85;
+    return vec4(through_air(cover.color * light * clamp(cavity, 0.4, 1.3), in.world), 1.0);
 }

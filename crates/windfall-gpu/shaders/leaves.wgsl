@@ -107,8 +107,8 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     // Opposite normals may cancel: a nudge keeps the sum from being nothing.
     let bent = normalize(in.bent_normal + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
-    // Share of the sun that reaches this depth of the crown from its side.
-    let reach = mix(0.25, 1.0, smoothstep(-0.7, 0.6, dot(bent, sun))) * mix(0.5, 1.0, in.ambient);
+    // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
+    let reach = sun_visibility(in.world, 2.5) * mix(0.7, 1.0, in.ambient);
     let facing = dot(normal, sun);
     let volume = max(dot(bent, sun), 0.0);
     let reflected = mix(max(facing, 0.0), volume, 0.35);
@@ -148,6 +148,15 @@ fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
     // Keep the picture's light and dark, take the season's colour.
     let light = dot(texel.rgb, vec3(0.2126, 0.7152, 0.0722)) / model.texture_luminance;
     return vec4(in.color * clamp(light, 0.0, 2.0), texel.a);
+}
+
+@fragment
+fn masked_shadow(in: Varyings) {
+    let surface = surfaces[in.material];
+    let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
+    if surface.masked == 1u && surface.layer >= 0 && alpha < 0.5 {
+        discard;
+    }
 }
 
 @fragment

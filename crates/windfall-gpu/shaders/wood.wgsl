@@ -71,6 +71,6 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     }
     let normal = normalize(select(-in.normal, in.normal, front));
     let sun = max(dot(normal, frame.sun_direction), 0.0);
-    let light = frame.sun_color * sun / PI * mix(0.35, 1.0, in.shade) + ambient(normal) * in.shade;
+    let light = frame.sun_color * sun / PI * sun_visibility(in.world + normal * 0.03, 2.0) + ambient(normal) * in.shade;
     return vec4(through_air(albedo * light, in.world), 1.0);
 }

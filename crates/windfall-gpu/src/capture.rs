@@ -1,8 +1,42 @@
-//! A picture back from the GPU, without blocking.
+//! Pictures and counts back from the GPU, without blocking.
 
+use crate::GpuForest;
+use crate::falls::TALLIES;
 use std::sync::{Arc, Mutex};
 
-/// A copy of a texture on its way to the CPU.
+/// A copy on its way to the CPU.
+struct Readback {
+    buffer: wgpu::Buffer,
+    state: Arc<Mutex<Option<Result<(), wgpu::BufferAsyncError>>>>,
+}
+
+impl Readback {
+    fn new(device: &wgpu::Device, size: u64) -> Self {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        Self { buffer, state: Arc::default() }
+    }
+
+    fn map(&self) {
+        let state = Arc::clone(&self.state);
+        self.buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            if let Ok(mut state) = state.lock() {
+                *state = Some(result);
+            }
+        });
+    }
+
+    fn take<T>(&self, read: impl FnOnce(&[u8]) -> T) -> Option<Result<T, wgpu::BufferAsyncError>> {
+        let result = self.state.lock().ok()?.take()?;
+        Some(result.map(|()| read(&self.buffer.slice(..).get_mapped_range())))
+    }
+}
+
+/// A picture on its way to the CPU.
 ///
 /// ```text
 /// let capture = Capture::encode(&device, &mut encoder, &texture);
@@ -12,10 +46,9 @@ use std::sync::{Arc, Mutex};
 /// let rgba = capture.take(); // Some(...) once the GPU is done
 /// ```
 pub struct Capture {
-    buffer: wgpu::Buffer,
+    readback: Readback,
     row_bytes: u32,
     padded_row_bytes: u32,
-    state: Arc<Mutex<Option<Result<(), wgpu::BufferAsyncError>>>>,
 }
 
 impl Capture {
@@ -34,16 +67,12 @@ impl Capture {
         let pixel = pixel.expect("a colour format with one block per pixel");
         let row_bytes = texture.width() * pixel;
         let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("capture"),
-            size: u64::from(padded_row_bytes) * u64::from(texture.height()),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
+        let size = u64::from(padded_row_bytes) * u64::from(texture.height());
+        let readback = Readback::new(device, size);
         encoder.copy_texture_to_buffer(
             texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
+                buffer: &readback.buffer,
                 layout: wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(padded_row_bytes),
@@ -52,34 +81,84 @@ impl Capture {
             },
             wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
         );
-        Self { buffer, row_bytes, padded_row_bytes, state: Arc::default() }
+        Self { readback, row_bytes, padded_row_bytes }
     }
 
     /// Asks for the bytes. To be called once, after the encoder was submitted.
     pub fn map(&self) {
-        let state = Arc::clone(&self.state);
-        self.buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-            if let Ok(mut state) = state.lock() {
-                *state = Some(result);
-            }
-        });
+        self.readback.map();
     }
 
-    /// The rows of the texture without padding, once they are here; an error if the device was
-    /// lost.
+    /// The rows of the texture without padding, once they are here.
     ///
     /// # Errors
     ///
-    /// [`wgpu::BufferAsyncError`] if the buffer could not be mapped.
+    /// [`wgpu::BufferAsyncError`] if the buffer could not be mapped: the device was lost.
     pub fn take(&self) -> Option<Result<Vec<u8>, wgpu::BufferAsyncError>> {
-        let result = self.state.lock().ok()?.take()?;
-        Some(result.map(|()| {
-            let mapped = self.buffer.slice(..).get_mapped_range();
+        self.readback.take(|mapped| {
             mapped
                 .chunks_exact(self.padded_row_bytes as usize)
                 .flat_map(|row| &row[..self.row_bytes as usize])
                 .copied()
                 .collect()
-        }))
+        })
+    }
+}
+
+/// Where the leaves of a frame were.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LeafCounts {
+    /// Leaves in the air.
+    pub falling: u32,
+    /// Leaves in the air that were in view and drawn.
+    pub falling_drawn: u32,
+    /// Leaves on the ground.
+    pub landed: u32,
+    /// Leaves on the ground that were in view and drawn.
+    pub landed_drawn: u32,
+    /// Leaves on the twigs of the visible trees, drawn.
+    pub hanging_drawn: u32,
+}
+
+/// A frame's [`LeafCounts`] on their way to the CPU; used as [`Capture`] is.
+pub struct CountLeaves {
+    readback: Readback,
+}
+
+impl CountLeaves {
+    /// Records the copy, after [`crate::Renderer::render`] recorded the frame.
+    pub fn encode(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        forest: &GpuForest,
+    ) -> Self {
+        let size = TALLIES as u64 * 4;
+        let readback = Readback::new(device, size);
+        let first = forest.falls.bins.len() as u64 * 20;
+        encoder.copy_buffer_to_buffer(&forest.falls.counters, first, &readback.buffer, 0, size);
+        Self { readback }
+    }
+
+    /// Asks for the numbers. To be called once, after the encoder was submitted.
+    pub fn map(&self) {
+        self.readback.map();
+    }
+
+    /// The numbers, once they are here.
+    ///
+    /// # Errors
+    ///
+    /// [`wgpu::BufferAsyncError`] if the buffer could not be mapped: the device was lost.
+    pub fn take(&self) -> Option<Result<LeafCounts, wgpu::BufferAsyncError>> {
+        self.readback.take(|mapped| {
+            let tally = |i: usize| bytemuck::pod_read_unaligned::<u32>(&mapped[4 * i..4 * i + 4]);
+            LeafCounts {
+                falling: tally(0),
+                falling_drawn: tally(1),
+                landed: tally(2),
+                landed_drawn: tally(3),
+                hanging_drawn: tally(4),
+            }
+        })
     }
 }

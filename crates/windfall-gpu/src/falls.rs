@@ -10,11 +10,11 @@ use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use crate::strategy::{Elimination, Strategy};
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
-use windfall_core::forest::Forest;
+use windfall_core::forest::{Forest, Frustum};
 use windfall_core::path::{FallSettings, PathSet, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -22,6 +22,12 @@ use windfall_core::wind::Wind;
 
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
+
+/// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
+pub(crate) const TALLIES: usize = 8;
+
+/// Distance from the camera within which leaves in the air cast shadows, metres.
+const LOOSE_SHADOWS: f32 = 60.0;
 
 /// How leaves fall in a forest.
 #[derive(Debug, Clone)]
@@ -153,6 +159,8 @@ pub(crate) struct GpuFalls {
     pub drawn: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
+    /// Indirect arguments of the search for landings.
+    pub landings: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
     pub frame: FallFrame,
 }
@@ -173,9 +181,9 @@ impl GpuFalls {
         frame.slot_count = plan.slot_count;
         frame.bin_count = plan.bins.len() as u32;
 
-        // A binding may not be empty.
+        // A binding may not be smaller than one element; the largest, `Model`, has 176 bytes.
         let storage = |label, contents: &[u8]| {
-            let contents = if contents.is_empty() { &[0; 128] } else { contents };
+            let contents = if contents.is_empty() { &[0; 256] } else { contents };
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
@@ -185,7 +193,7 @@ impl GpuFalls {
         let empty = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(128),
+                size: size.max(256),
                 usage: usage | wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             })
@@ -196,7 +204,7 @@ impl GpuFalls {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + plan.streams.len();
+        let words = 5 * plan.bins.len() + TALLIES;
         let counters = empty(
             "leaf counters",
             words as u64 * 4,
@@ -219,7 +227,11 @@ impl GpuFalls {
             &storage("shed lists", bytemuck::cast_slice(&list)),
             &storage("leaf records", bytemuck::cast_slice(&records.records)),
             &storage("models", bytemuck::cast_slice(models)),
-            &empty("leaf slots", slots * 32, wgpu::BufferUsages::COPY_SRC),
+            &empty(
+                "leaf slots",
+                slots * 32 + plan.streams.len() as u64 * 16,
+                wgpu::BufferUsages::empty(),
+            ),
             &drawn,
             &counters,
         ];
@@ -236,28 +248,28 @@ impl GpuFalls {
             layout,
             entries: &entries,
         });
-        let bins: Vec<Bin> = plan
-            .bins
-            .iter()
-            .map(|bin| Bin::new(device, trees, bin))
-            .collect();
+        let bins: Vec<Bin> = plan.bins.iter().map(|bin| Bin::new(device, trees, bin)).collect();
         let arguments: Vec<u32> = plan
             .bins
             .iter()
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
+            .chain([0, 0, 0, 0, 0, 0, 1, 0])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
-            contents: if arguments.is_empty() {
-                &[0; 20]
-            } else {
-                bytemuck::cast_slice(&arguments)
-            },
+            contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
+        // Groups as counted by the shader, 1, 1.
+        let landings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("landings to find"),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1]),
+            usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+        });
         Self {
+            landings,
             bins,
             slot_count: plan.slot_count,
             stream_count: plan.streams.len() as u32,
@@ -270,11 +282,23 @@ impl GpuFalls {
         }
     }
 
-    /// The uniforms of a moment.
-    pub fn frame(&self, clip_from_world: Mat4, view: &View, visible: u32) -> FallFrame {
-        let frustum = windfall_core::forest::Frustum::new(clip_from_world).planes();
-        let show = view.show as u32;
-        FallFrame { frustum, time: view.time, visible_count: visible, show, ..self.frame }
+    /// Where the number of workgroups that `land` needs is counted, bytes.
+    pub fn landings_offset(&self) -> u64 {
+        (5 * self.bins.len() as u64 + 5) * 4
+    }
+
+    /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
+    /// view.
+    pub fn frame(&self, frustum: &Frustum, view: &View, visible: u32, trees: u32) -> FallFrame {
+        FallFrame {
+            frustum: frustum.planes(),
+            time: view.time,
+            visible_count: visible,
+            tree_count: trees,
+            show: view.show as u32,
+            shadow_reach: if view.shadows { LOOSE_SHADOWS } else { 0.0 },
+            ..self.frame
+        }
     }
 }
 
@@ -420,11 +444,7 @@ impl Plan {
 }
 
 /// Path tables and terrain as vectors (`shaders/shared/tables.wgsl`), and the frame's constants.
-pub(crate) fn tables(
-    falls: &Falls,
-    forest: &Forest,
-    models: &[Model],
-) -> (Vec<Vec4>, FallFrame) {
+pub(crate) fn tables(falls: &Falls, forest: &Forest, models: &[Model]) -> (Vec<Vec4>, FallFrame) {
     let paths = falls.paths.tables();
     let terrain = &forest.terrain;
     let mut frame = FallFrame::zeroed();

@@ -4,12 +4,13 @@ use crate::falls::{Falls, GpuFalls};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::pass::ground::GroundMesh;
+use crate::pass::shadow::{CASCADES, Volume};
 use crate::renderer::Renderer;
 use crate::shared::{Model, TreeInstance};
 use crate::strategy::Strategy;
 use glam::Vec3;
 use std::sync::Mutex;
-use windfall_core::forest::{Forest, Frustum, Instance};
+use windfall_core::forest::{Forest, Instance};
 use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::tree::Tree;
 
@@ -58,7 +59,7 @@ pub struct GpuForest {
 }
 
 /// What a frame held and drew.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameStats {
     /// Trees of the forest.
     pub trees: u64,
@@ -66,14 +67,15 @@ pub struct FrameStats {
     pub trees_visible: u64,
     /// Leaves of all trees.
     pub leaves_total: u64,
-    /// Leaves drawn on their twigs.
-    pub leaves_hanging_drawn: u64,
+    /// Leaves of the visible trees, wherever they are.
+    pub leaves_visible: u64,
     /// Triangles of all trees, unsimplified.
     pub triangles_full: u64,
-    /// Triangles of trees that were drawn.
+    /// Triangles of the trees in view.
     pub triangles_drawn: u64,
-    /// Drawn leaves over the leaves of the visible trees; 1 where nothing is visible.
-    pub lambda_total: f64,
+    /// Leaves on the twigs of the visible trees; 0 for [`Strategy::Compute`], which counts on the
+    /// GPU.
+    pub leaves_hanging: u64,
     /// Leaves in the air; 0 for [`Strategy::Compute`], which counts on the GPU.
     pub leaves_falling: u64,
     /// Leaves on the ground; 0 for [`Strategy::Compute`].
@@ -132,7 +134,9 @@ impl GpuForest {
         }
         let instances = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("visible trees"),
-            size: (forest.instances.len().max(1) * size_of::<TreeInstance>()) as u64,
+            // Once for the view and once for each shadow map.
+            size: (forest.instances.len().max(1) * size_of::<TreeInstance>() * (1 + CASCADES))
+                as u64,
             usage: wgpu::BufferUsages::VERTEX
                 | wgpu::BufferUsages::STORAGE
                 | wgpu::BufferUsages::COPY_DST,
@@ -152,6 +156,7 @@ impl GpuForest {
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: falls.uniform.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: instances.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 2, resource: falls.counters.as_entire_binding() },
             ],
         });
         Self {
@@ -169,48 +174,41 @@ impl GpuForest {
         }
     }
 
-    /// Uploads the trees in view; per model their range in the instance buffer. How many leaves
-    /// have left them is found here where no compute pass does it.
+    /// Appends the trees that a volume holds to `trees`; per model their range. How many leaves
+    /// have left them by `time` is found here where no compute pass does it.
     pub(crate) fn cull(
         &self,
-        queue: &wgpu::Queue,
-        frustum: &Frustum,
+        volume: &Volume<'_>,
         time: f32,
-    ) -> (Vec<Visible>, FrameStats) {
+        trees: &mut Vec<TreeInstance>,
+    ) -> Vec<Visible> {
+        let ranges = self.trees.iter().map(|model| {
+            let first = trees.len() as u32;
+            let inside = model.iter().filter(|(_, center, radius)| volume.holds(*center, *radius));
+            trees.extend(inside.map(|tree| match self.listed {
+                Some(_) => TreeInstance { detached: self.detached(&tree.0, time), ..tree.0 },
+                None => tree.0,
+            }));
+            first..trees.len() as u32
+        });
+        ranges.collect()
+    }
+
+    /// What a frame holds that draws these trees.
+    pub(crate) fn stats(&self, visible: &[Visible]) -> FrameStats {
         let mut stats = FrameStats::default();
-        let mut visible: Vec<TreeInstance> = Vec::new();
-        let mut ranges = Vec::with_capacity(self.models.len());
-        let mut leaves_visible = 0;
-        for (m, trees) in self.trees.iter().enumerate() {
-            let first = visible.len() as u32;
-            visible.extend(
-                trees
-                    .iter()
-                    .filter(|(_, center, radius)| frustum.sees_sphere(*center, *radius))
-                    .map(|t| match self.listed {
-                        Some(_) => TreeInstance { detached: self.detached(&t.0, time), ..t.0 },
-                        None => t.0,
-                    }),
-            );
-            ranges.push(first..visible.len() as u32);
-            let drawn = u64::from(visible.len() as u32 - first);
+        for (m, (trees, range)) in self.trees.iter().zip(visible).enumerate() {
+            let (all, drawn) = (trees.len() as u64, range.len() as u64);
             let leaves = u64::from(self.models[m].leaf_count);
             let triangles = self.wood_triangles[m] + self.leaf_triangles[m];
-            stats.trees += trees.len() as u64;
+            stats.trees += all;
             stats.trees_visible += drawn;
-            stats.leaves_total += trees.len() as u64 * leaves;
-            stats.leaves_hanging_drawn += drawn * leaves;
-            leaves_visible += drawn * leaves;
-            stats.triangles_full += trees.len() as u64 * triangles;
+            stats.leaves_total += all * leaves;
+            stats.leaves_visible += drawn * leaves;
+            stats.triangles_full += all * triangles;
             stats.triangles_drawn += drawn * triangles;
         }
-        stats.lambda_total = if leaves_visible > 0 {
-            stats.leaves_hanging_drawn as f64 / leaves_visible as f64
-        } else {
-            1.0
-        };
-        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&visible));
-        (ranges, stats)
+        stats
     }
 
     /// Leaves that have left a tree by `time`.

@@ -20,7 +20,7 @@ mod strategy;
 mod texture;
 mod view;
 
-pub use capture::Capture;
+pub use capture::{Capture, CountLeaves, LeafCounts};
 pub use falls::Falls;
 pub use forest::{FrameStats, GpuForest};
 pub use model::model_bytes;

@@ -39,6 +39,7 @@ pub(crate) struct ListedFalls {
 }
 
 /// What a pose pass writes.
+#[expect(clippy::large_enum_variant, reason = "one of it in a forest")]
 pub(crate) enum Posed {
     /// Nothing: the vertex shader poses.
     Nothing,

@@ -139,12 +139,7 @@ impl Roster {
     pub fn tally(&self) -> Tally {
         let eliminated = self.litter.len();
         let all = self.falling.len() + eliminated;
-        Tally {
-            falling: all - self.landed,
-            landed: self.landed,
-            eliminated,
-            checked: self.checked,
-        }
+        Tally { falling: all - self.landed, landed: self.landed, eliminated, checked: self.checked }
     }
 
     fn clear(&mut self) {
@@ -174,8 +169,7 @@ impl Roster {
         }
         let falls = &self.falls;
         let variation = falls.variation.clone();
-        let fall =
-            Fall::new(&falls.paths, &self.terrain, falls.wind, variation, falls.settings);
+        let fall = Fall::new(&falls.paths, &self.terrain, falls.wind, variation, falls.settings);
         let fresh: Vec<(u32, FallingLeaf)> = (start.max(before.end)..end)
             .map(|entry| (entry, self.falling_leaf(&fall, &stream, entry)))
             .collect();
@@ -183,7 +177,7 @@ impl Roster {
         for (entry, leaf) in fresh {
             let due = leaf.detach_time + leaf.landing.w;
             let landed = due <= time;
-            let index = self.slot(&stream, entry);
+            let index = Self::slot(&stream, entry);
             let place = if landed && self.falls.elimination != Elimination::Off {
                 let lying = litter_leaf(&leaf, &self.models[stream.model as usize], season);
                 Place::Litter(self.litter.regions[stream.bin as usize].push(lying, index as u32))
@@ -204,7 +198,7 @@ impl Roster {
         }
     }
 
-    fn slot(&self, stream: &Stream, entry: u32) -> usize {
+    fn slot(stream: &Stream, entry: u32) -> usize {
         (stream.slot_first + entry % stream.keep) as usize
     }
 
@@ -296,7 +290,7 @@ impl Roster {
     }
 
     fn remove(&mut self, stream: &Stream, entry: u32) {
-        let index = self.slot(stream, entry);
+        let index = Self::slot(stream, entry);
         let slot = self.slots[index];
         if slot.landed {
             self.landed -= 1;
@@ -323,7 +317,7 @@ impl Roster {
         self.checked = 0;
         while let Some(&due) = self.landings.peek().filter(|due| due.time <= time) {
             self.landings.pop();
-            let index = self.slot(&self.plan.streams[due.stream as usize], due.entry);
+            let index = Self::slot(&self.plan.streams[due.stream as usize], due.entry);
             let slot = &mut self.slots[index];
             if slot.entry != due.entry || slot.place == Place::Nowhere {
                 continue; // it has vanished
@@ -345,7 +339,7 @@ impl Roster {
             };
             self.waiting.pop_front();
             self.checked += 1;
-            let slot = self.slots[self.slot(&self.plan.streams[due.stream as usize], due.entry)];
+            let slot = self.slots[Self::slot(&self.plan.streams[due.stream as usize], due.entry)];
             if slot.entry != due.entry || slot.place == Place::Nowhere {
                 continue; // it has vanished
             }
@@ -360,7 +354,7 @@ impl Roster {
     /// From the list of falling leaves to the litter.
     fn lay_down(&mut self, due: Due, season: f32) {
         let stream = self.plan.streams[due.stream as usize];
-        let (bin, index) = (stream.bin as usize, self.slot(&stream, due.entry));
+        let (bin, index) = (stream.bin as usize, Self::slot(&stream, due.entry));
         let Place::Falling(at) = self.slots[index].place else {
             return;
         };

@@ -100,6 +100,12 @@ gpu_struct! {
         pub clip_from_world: Mat4,
         /// Its inverse.
         pub world_from_clip: Mat4,
+        /// Clip space of the shadow maps, nearest cascade first.
+        pub shadow_from_world: [Mat4; 3],
+        /// Distances at which the cascades end, metres; `w` is 1 with shadows and 0 without.
+        pub shadow_ends: Vec4,
+        /// Sizes of the cascades' texels, metres; `w` is a texel's share of a map.
+        pub shadow_texels: Vec4,
         /// The camera, metres.
         pub eye: Vec3,
         /// Seconds since the scene began.
@@ -272,8 +278,10 @@ gpu_struct! {
         pub slot_count: u32,
         /// Draws: one for each model and shape.
         pub bin_count: u32,
-        /// Trees in the visible list.
+        /// Trees in view: the first of the instance buffer.
         pub visible_count: u32,
+        /// All trees of the instance buffer: in view or casting shadows.
+        pub tree_count: u32,
         /// Where the tables' sections begin, in vectors.
         pub joint_table: u32,
         /// Where the tables' sections begin, in vectors.
@@ -288,12 +296,11 @@ gpu_struct! {
         pub model_table: u32,
         /// What colours mean: `windfall_gpu::Show` as a number.
         pub show: u32,
-        /// Unused.
-        pub padding0: u32,
+        /// Distance from the camera within which a leaf may shade what is in view though it is not in
+        /// view itself, metres; 0 without shadows.
+        pub shadow_reach: f32,
         /// Unused.
         pub padding1: u32,
-        /// Unused.
-        pub padding2: u32,
     }
 }
 

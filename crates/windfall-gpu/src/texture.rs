@@ -207,7 +207,6 @@ impl TextureArray {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                anisotropy_clamp: if repeat { 4 } else { 1 },
                 ..Default::default()
             }),
             layers,

@@ -2,7 +2,7 @@
 
 use crate::shared::Frame;
 use crate::strategy::UnknownName;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4};
 
 /// A pinhole camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +68,8 @@ pub struct View {
     pub time: f32,
     /// Phase of autumn, 0 late summer to 1 bare.
     pub season: f32,
+    /// Whether the sun casts shadows.
+    pub shadows: bool,
     /// What colours mean.
     pub show: Show,
 }
@@ -113,6 +115,18 @@ impl std::str::FromStr for Show {
 }
 
 impl View {
+    /// A camera's view at time 0 in mid-autumn, under the default sky, with shadows.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            sky: Sky::default(),
+            time: 0.0,
+            season: 0.5,
+            shadows: true,
+            show: Show::Picture,
+        }
+    }
+
     pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
         // The lower the sun, the longer its way through the air: blue is scattered out first.
@@ -125,6 +139,9 @@ impl View {
         Frame {
             clip_from_world,
             world_from_clip: clip_from_world.inverse(),
+            shadow_from_world: [Mat4::IDENTITY; 3],
+            shadow_ends: Vec4::ZERO,
+            shadow_texels: Vec4::ONE,
             eye: self.camera.eye,
             time: self.time,
             sun_direction: self.sky.sun_direction(),

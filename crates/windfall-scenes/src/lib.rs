@@ -89,6 +89,9 @@ pub struct Scene {
     /// Sun and air.
     #[serde(default)]
     pub sky: SkyEntry,
+    /// Whether the sun casts shadows.
+    #[serde(default = "defaults::yes")]
+    pub shadows: bool,
 }
 
 /// A kind of tree in the forest.
@@ -235,6 +238,9 @@ impl Default for SkyEntry {
 }
 
 mod defaults {
+    pub fn yes() -> bool {
+        true
+    }
     #[expect(clippy::unnecessary_wraps, reason = "serde wants the field's type")]
     pub fn shedding() -> Option<super::SheddingEntry> {
         Some(super::SheddingEntry::default())

@@ -2,9 +2,10 @@
 
 use crate::Scene;
 
-const SCENES: [(&str, &str); 3] = [
+const SCENES: [(&str, &str); 4] = [
     ("autumn", include_str!("../scenes/autumn.ron")),
     ("hillside", include_str!("../scenes/hillside.ron")),
+    ("leaves-in-the-air", include_str!("../scenes/leaves-in-the-air.ron")),
     ("lone-oak", include_str!("../scenes/lone-oak.ron")),
 ];
 

@@ -100,17 +100,16 @@ impl Scene {
             ..Falls::default()
         };
         falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
-        match self.shedding {
-            Some(s) => {
-                falls.shedding = Shedding {
-                    start: s.start,
-                    duration: s.duration,
-                    peak: s.peak,
-                    tree_spread: s.tree_spread,
-                    burst: s.burst,
-                }
-            }
-            None => (falls.shedding, falls.capacity) = (Shedding::never(), 0),
+        if let Some(s) = self.shedding {
+            falls.shedding = Shedding {
+                start: s.start,
+                duration: s.duration,
+                peak: s.peak,
+                tree_spread: s.tree_spread,
+                burst: s.burst,
+            };
+        } else {
+            (falls.shedding, falls.capacity) = (Shedding::never(), 0);
         }
         falls
     }
@@ -134,6 +133,7 @@ impl Scene {
             },
             time,
             season: self.season,
+            shadows: self.shadows,
             show: Show::default(),
         }
     }

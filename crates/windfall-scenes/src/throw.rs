@@ -54,8 +54,7 @@ impl Stage {
     /// until none is left.
     pub fn throw(&mut self, rate: f32, start: f32) {
         let duration = (self.leaf_count() as f32 / rate.max(1e-6)).clamp(0.1, 1e7);
-        self.falls.shedding =
-            Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 };
+        self.falls.shedding = Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 };
     }
 
     /// Keeps about `count` leaves in the air from time 0 on, as long as there are leaves; returns
@@ -81,7 +80,8 @@ mod tests {
     #[test]
     fn as_many_leaves_are_in_the_air_as_were_asked_for() {
         let scene = named("lone-oak").unwrap();
-        let mut stage: Stage = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
+        let mut stage: Stage =
+            scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
         let rate = stage.keep_falling(500);
         let (mean, longest) = stage.fall_times(1.0);
         assert!((rate * mean / 500.0 - 1.0).abs() < 0.5, "{rate} leaves/s for {mean} s");

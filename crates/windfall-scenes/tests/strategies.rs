@@ -1,4 +1,5 @@
 //! The four strategies give the same picture, whatever was drawn before.
+#![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use std::convert::Infallible;
 use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
@@ -25,14 +26,12 @@ impl Gpu {
         });
         let adapter = pollster::block_on(instance.request_adapter(&Default::default()))
             .expect("the test needs a graphics adapter, a software one will do");
-        let (device, queue) =
-            pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-                required_limits: adapter.limits(),
-                ..Default::default()
-            }))
-            .unwrap();
-        let settings =
-            GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }))
+        .unwrap();
+        let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
         Self {
             profiler: GpuProfiler::new(&device, settings).unwrap(),
             renderer: Renderer::new(&device, FORMAT),
@@ -69,14 +68,8 @@ impl Gpu {
         let canvas = self.renderer.canvas(&self.device, width, height);
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let target = Target { canvas: &canvas, picture: &picture };
-        let stats = self.renderer.render(
-            &self.queue,
-            &mut encoder,
-            &self.profiler,
-            forest,
-            view,
-            target,
-        );
+        let stats =
+            self.renderer.render(&self.queue, &mut encoder, &self.profiler, forest, view, target);
         let capture = Capture::encode(&self.device, &mut encoder, &texture);
         self.queue.submit([encoder.finish()]);
         capture.map();
@@ -103,10 +96,8 @@ fn difference(a: &Picture, b: &Picture) -> f32 {
 /// Three trees on a slope, in the wind, that shed so fast that many leaves fall and lie.
 fn scene() -> (Scene, Stage) {
     let mut scene = named("autumn").unwrap();
-    let entry = |name: &str| TreeEntry {
-        variants: 1,
-        ..TreeEntry::new(Source::Species(name.to_owned()))
-    };
+    let entry =
+        |name: &str| TreeEntry { variants: 1, ..TreeEntry::new(Source::Species(name.to_owned())) };
     scene.trees = vec![entry("birch"), entry("maple")];
     scene.count = 3;
     scene.terrain.relief = 0.0;

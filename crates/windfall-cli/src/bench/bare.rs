@@ -162,12 +162,8 @@ impl Bare {
                 })
                 .create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let positions: Vec<u8> = shape
-            .positions
-            .iter()
-            .flat_map(|p| p.to_array())
-            .flat_map(f32::to_le_bytes)
-            .collect();
+        let positions: Vec<u8> =
+            shape.positions.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes).collect();
         let indices: Vec<u8> = shape.indices.iter().flat_map(|i| i.to_le_bytes()).collect();
         Self {
             copy_group: group(&copy.get_bind_group_layout(0), &[&leaves, &to]),

@@ -106,8 +106,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
     let easel = Easel::new(&gpu, args.size);
-    let mut report =
-        Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
+    let mut report = Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
     if args.parts.contains('a') {
         report.strategies = strategies(args, &mut gpu, &easel)?;
     }
@@ -126,8 +125,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Seven trees, 800 thousand triangles (VB 6.3).
 fn grove() -> Stage {
-    let species: [Species; 4] =
-        [Species::Maple, Species::Oak, Species::Birch, Species::Beech];
+    let species: [Species; 4] = [Species::Maple, Species::Oak, Species::Birch, Species::Beech];
     let trees: Vec<Tree> = species.iter().map(|s| s.grow_with(1, 7400)).collect();
     let placement = Placement {
         trees: 7,
@@ -150,6 +148,7 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
         sky: Sky::default(),
         time,
         season: 0.55,
+        shadows: false,
         show: Show::Picture,
     }
 }
@@ -177,12 +176,9 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         ("none moving".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
         ("moving ones not drawn".to_owned(), easel.forest(gpu, &stage, &bare)),
     ];
-    for strategy in [
-        Strategy::Compute,
-        Strategy::Vertex,
-        Strategy::Fragment,
-        Strategy::VertexBuffer,
-    ] {
+    for strategy in
+        [Strategy::Compute, Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer]
+    {
         let eliminations: &[Elimination] = match strategy {
             Strategy::Compute => &[Elimination::Scheduled],
             _ => &Elimination::ALL,
@@ -266,13 +262,7 @@ fn shower(count: u32) -> Stage {
         seed: 7,
     };
     let mut falls = Falls {
-        shedding: Shedding {
-            start: -1.0,
-            duration: 0.5,
-            peak: 0.0,
-            tree_spread: 0.0,
-            burst: 0.0,
-        },
+        shedding: Shedding { start: -1.0, duration: 0.5, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
         capacity: count,
         ..Falls::default()
     };
@@ -297,8 +287,7 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     let aspect = args.size.0 as f32 / args.size.1 as f32;
     let count = stage.leaf_count() as u32;
     let clip = view.camera.clip_from_world(aspect);
-    let bare =
-        Bare::new(gpu, count, &stage.trees[0].foliage.shapes[0], bounds, clip, args.size);
+    let bare = Bare::new(gpu, count, &stage.trees[0].foliage.shapes[0], bounds, clip, args.size);
     let (mut copy, mut pose, mut draw, mut frame, mut rest) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for i in 0..WARM_UP + args.frames {
@@ -327,7 +316,10 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         slot_bytes: 32,
         draw_bytes: 32,
     };
-    println!("\n(b) {} leaves in the air, compute; medians (quartiles) of {} frames, ms", count, args.frames);
+    println!(
+        "\n(b) {} leaves in the air, compute; medians (quartiles) of {} frames, ms",
+        count, args.frames
+    );
     println!("copy of 32 bytes a leaf, GPU clock       {}", many.copy_ms);
     println!(
         "pose pass, GPU clock                     {}   {:.2} x copy",
@@ -336,10 +328,7 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     println!("bare instanced draw, wall clock          {}", many.bare_draw_ms);
     println!("whole frame, wall clock                  {}", many.frame_ms);
     println!("the same frame without those leaves      {}", many.frame_without_ms);
-    println!(
-        "the leaves' part over the bare draw      {:.2}",
-        many.leaves_over_bare_draw
-    );
+    println!("the leaves' part over the bare draw      {:.2}", many.leaves_over_bare_draw);
     println!("memory a leaf: {} bytes of state, {} bytes to draw it", 32, 32);
     Ok(many)
 }
@@ -372,12 +361,8 @@ fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
         (slope * 1e6, r2)
     };
     let ((pose_ns, pose_r2), (frame_ns, frame_r2)) = (of(|p| p.1), of(|p| p.2));
-    println!("pose: {pose_ns:.1} ns a leaf (R2 {pose_r2:.4}); frame: {frame_ns:.1} ns (R2 {frame_r2:.4})");
-    Ok(Counts {
-        points,
-        pose_ns_per_leaf: pose_ns,
-        pose_r2,
-        frame_ns_per_leaf: frame_ns,
-        frame_r2,
-    })
+    println!(
+        "pose: {pose_ns:.1} ns a leaf (R2 {pose_r2:.4}); frame: {frame_ns:.1} ns (R2 {frame_r2:.4})"
+    );
+    Ok(Counts { points, pose_ns_per_leaf: pose_ns, pose_r2, frame_ns_per_leaf: frame_ns, frame_r2 })
 }

@@ -51,7 +51,12 @@ impl Easel {
     }
 
     /// Draws a frame and waits for it.
-    pub fn frame(&self, gpu: &mut Gpu, forest: &GpuForest, view: &View) -> anyhow::Result<Measured> {
+    pub fn frame(
+        &self,
+        gpu: &mut Gpu,
+        forest: &GpuForest,
+        view: &View,
+    ) -> anyhow::Result<Measured> {
         let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let target = Target { canvas: &self.canvas, picture: &self.picture };

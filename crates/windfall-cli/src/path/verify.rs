@@ -73,7 +73,7 @@ fn table(out: &mut impl Write, checks: &[Check]) -> Result<()> {
         let verdict = if c.holds() {
             "ok".to_owned()
         } else {
-            format!("off: {:.0}% beyond the range", c.off() * 100.0)
+            format!("off by {:+.2} beyond its tolerance", c.off())
         };
         writeln!(out, "{:<48} {:>18} {:>10.4}  {verdict}", c.what, c.published, c.value)?;
     }

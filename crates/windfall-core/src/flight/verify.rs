@@ -37,16 +37,9 @@ impl Check {
         (self.range.0..=self.range.1).contains(&self.value)
     }
 
-    /// How far the value lies outside the range, as a fraction of the nearer bound; 0 inside.
+    /// How far the value lies outside the range, in its own unit; 0 inside.
     pub fn off(&self) -> f64 {
-        let (low, high) = self.range;
-        if self.value < low {
-            (low - self.value) / low.abs().max(1e-9)
-        } else if self.value > high {
-            (self.value - high) / high.abs().max(1e-9)
-        } else {
-            0.0
-        }
+        self.value - self.value.clamp(self.range.0, self.range.1)
     }
 }
 

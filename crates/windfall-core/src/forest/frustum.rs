@@ -40,8 +40,9 @@ mod tests {
             Mat4::perspective_infinite_reverse_rh(std::f32::consts::FRAC_PI_2, 1.0, 0.1) * view;
         let frustum = Frustum::new(clip);
         assert!(frustum.sees_sphere(Vec3::new(0.0, 0.0, -1e6), 1.0));
-        assert!(!frustum.sees_sphere(Vec3::new(0.0, 0.0, 5.0), 4.0));
-        assert!(frustum.sees_sphere(Vec3::new(0.0, 0.0, 5.0), 5.0));
+        let behind = Vec3::new(0.0, 0.0, 5.0); // 5.1 behind the near plane
+        assert!(!frustum.sees_sphere(behind, 5.0));
+        assert!(frustum.sees_sphere(behind, 5.2));
         let beside = Vec3::new(20.0, 0.0, -10.0); // 10/√2 outside
         assert!(!frustum.sees_sphere(beside, 7.0));
         assert!(frustum.sees_sphere(beside, 7.2));

@@ -18,10 +18,12 @@ pub struct Landing {
     pub settle: Quat,
 }
 
-/// Steps of the search; it needs some 20 on level ground and below 100 on hills.
-const MAX_STEPS: u32 = 4096;
-/// Smallest step, seconds: a leaf that dips below the ground for less than that goes on falling.
-const MIN_STEP: f32 = 1e-3;
+/// Most steps of the search. Leaves need some 20 on level ground and below 100 on hills; paths that
+/// dart about and hardly come down, thousands.
+const MAX_STEPS: u32 = 1 << 18;
+/// Depth by which a leaf may graze the ground for a moment and go on falling, metres: it lets the
+/// search end.
+const GRAZE: f32 = 2e-3;
 
 impl Fall<'_> {
     /// Finds where the leaf's centre first meets the ground below it.
@@ -52,7 +54,7 @@ impl Fall<'_> {
             }
             above = t;
             // From far up, the smallest step is what `f32` still tells apart.
-            t += (height / closing).max(MIN_STEP).max(t * 1e-6);
+            t += ((height + GRAZE) / closing).max(t * 1e-6);
             height = clearance(t);
         }
         if height <= 0.0 && clearance(0.0) > 0.0 {

@@ -51,6 +51,8 @@ pub const MIN_SAMPLES: usize = 8;
 pub const MAX_SAMPLES: usize = 1 << 20;
 /// A quaternion whose length is further than this from 1 is refused, not repaired.
 pub const UNIT_TOLERANCE: f32 = 0.05;
+/// A path must come down by at least this share of the way it goes; leaves come down by half of it.
+pub const MIN_DESCENT: f32 = 0.02;
 
 /// Displacement and orientation of a falling leaf at a fixed rate, with its [`Analysis`].
 ///
@@ -80,8 +82,8 @@ impl FallPath {
     ///
     /// Fewer than [`MIN_SAMPLES`] or more than [`MAX_SAMPLES`] samples, different counts, a rate
     /// outside `1..=10000` Hz, a NaN or infinity, a displacement beyond 10 km, a quaternion further
-    /// from unit length, a path that ends less than a millimetre below its start, or one of which no
-    /// part that could be repeated descends. The error's `file` is `name`.
+    /// from unit length, a path that ends less than a millimetre or less than [`MIN_DESCENT`] of its
+    /// way below its start, or one of which no part that could be repeated descends. The error's `file` is `name`.
     pub fn new(
         name: impl Into<String>,
         rate: f32,
@@ -177,6 +179,16 @@ impl FallPath {
             let cause = format!(
                 "the path does not descend: it ends {:.4} m above its start (is another axis up?)",
                 -drop
+            );
+            return refuse(String::new(), OutOfRange, cause);
+        }
+        // A leaf that hardly comes down would fly for hours, and the search for its landing as long.
+        let way: f32 = positions.windows(2).map(|w| (w[1] - w[0]).length()).sum();
+        if drop < MIN_DESCENT * way {
+            let cause = format!(
+                "the path does not descend: it ends {drop:.4} m below its start after a way of {way:.2} m; \
+                 at least {}% are needed",
+                MIN_DESCENT * 100.0
             );
             return refuse(String::new(), OutOfRange, cause);
         }

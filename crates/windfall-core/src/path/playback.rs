@@ -228,14 +228,22 @@ impl<'a> Fall<'a> {
         }
         let point = tables.curve(path, joint, local);
         let h = joint.half_turn;
+        let (sin, cos) = sin_cos(k.wrapping_mul(h));
         let sum = if h == 0 {
             lap * k as f32
         } else {
-            let ratio = sine(k.wrapping_mul(h)) / sine(h);
-            let turned = Quat::from_rotation_y(angle(k.wrapping_sub(1).wrapping_mul(h))) * lap;
-            (turned * ratio).with_y(lap.y * k as f32)
+            let (sin_h, cos_h) = sin_cos(h);
+            // Sine and cosine of (k - 1) h.
+            let (s, c) = (sin * cos_h - cos * sin_h, cos * cos_h + sin * sin_h);
+            let ratio = sin / sin_h;
+            Vec3::new(
+                (lap.x * c + lap.z * s) * ratio,
+                lap.y * k as f32,
+                (lap.z * c - lap.x * s) * ratio,
+            )
         };
-        let turn = Quat::from_rotation_y(angle(k.wrapping_mul(h).wrapping_mul(2)));
+        // A turn by 2 k h about Y: the quaternion has the sine and cosine of half of it.
+        let turn = Quat::from_xyzw(0.0, sin, 0.0, cos);
         let mut d = (before - begin) + sum + turn * (point.position - before);
         let drop = if k == 0 {
             start.low - point.low
@@ -261,11 +269,31 @@ pub(crate) fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// An angle in 2⁻³² turns as radians in `-π..π`.
-fn angle(turns: u32) -> f32 {
-    turns as i32 as f32 * (TAU / 4_294_967_296.0)
+/// Sine and cosine of an angle in 2⁻³² turns, to 4e-7, without branches: the nearest quarter turn is
+/// split off exactly, the rest is a short series. The same on every machine, and in WGSL.
+fn sin_cos(turns: u32) -> (f32, f32) {
+    let quarter = turns.wrapping_add(1 << 29) >> 30;
+    let x = turns.wrapping_sub(quarter << 30) as i32 as f32 * (TAU / 4_294_967_296.0);
+    let x2 = x * x;
+    let sin = x * (1.0 - x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0))));
+    let cos = 1.0 - x2 * (0.5 - x2 * (1.0 / 24.0 - x2 * (1.0 / 720.0 - x2 * (1.0 / 40320.0))));
+    let (s, c) = if quarter & 1 == 0 { (sin, cos) } else { (cos, -sin) };
+    if quarter & 2 == 0 { (s, c) } else { (-s, -c) }
 }
 
-fn sine(turns: u32) -> f32 {
-    angle(turns).sin()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sines_of_integer_angles_are_those_of_their_radians() {
+        for i in 0..10_000u32 {
+            let turns = i.wrapping_mul(0x9e37_79b9);
+            let exact = f64::from(turns) * std::f64::consts::TAU / 4_294_967_296.0;
+            let (s, c) = sin_cos(turns);
+            assert!((f64::from(s) - exact.sin()).abs() < 4e-7, "{turns}");
+            assert!((f64::from(c) - exact.cos()).abs() < 4e-7, "{turns}");
+        }
+        assert_eq!([0, 1 << 30, 1 << 31].map(sin_cos), [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0)]);
+    }
 }

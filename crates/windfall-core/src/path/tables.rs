@@ -17,7 +17,7 @@ use glam::{Quat, Vec3};
 pub struct Sample {
     /// Displacement from the path's first sample, metres.
     pub position: [f32; 3],
-    /// Lowest height of this sample and all before it, metres.
+    /// Lower bound of the curve's height up to this sample, metres; never increases.
     pub low: f32,
     /// Unit rotation from the leaf's frame into the world's: x, y, z, w.
     pub orientation: [f32; 4],
@@ -85,16 +85,19 @@ pub struct CurvePoint {
     pub position: Vec3,
     /// Unit rotation from the leaf's frame into the world's.
     pub orientation: Quat,
-    /// Lowest height so far, metres.
+    /// Lower bound of the height so far, metres.
     pub low: f32,
 }
 
 impl PathTables {
     fn push(&mut self, path: &FallPath) {
         let first_sample = self.samples.len() as u32;
+        let heights: Vec<f32> = path.positions().iter().map(|p| p.y).collect();
         let mut low = 0.0f32;
-        for (p, q) in path.positions().iter().zip(path.orientations()) {
-            low = low.min(p.y);
+        for (i, (p, q)) in path.positions().iter().zip(path.orientations()).enumerate() {
+            if i > 0 {
+                low = low.min(lowest(&heights, i - 1));
+            }
             let (position, orientation) = (p.to_array(), q.to_array());
             self.samples.push(Sample { position, low, orientation });
         }
@@ -113,16 +116,24 @@ impl PathTables {
                 tail,
             });
         }
-        // A cubic overshoots the chords between its samples: by half, in the worst case met.
+        // The slope of a Catmull-Rom cubic is at most twice the largest chord it is made of:
+        // 3/2 of its own and 1/4 of the tangent at either end.
         let (mut down, mut along) = (0.0f32, 0.0f32);
-        for pair in self.samples[first_sample as usize..].windows(2) {
-            let step = Vec3::from(pair[1].position) - Vec3::from(pair[0].position);
-            // Between a tail's end and the next tail's beginning is no step of any fall; counting
-            // some would only loosen the bound, counting all would make it useless.
-            if step.length() < 0.2 * path.drop().max(1.0) {
+        let mut measure = |samples: &[Sample], before: Option<&Sample>| {
+            for (a, b) in
+                before.into_iter().chain(samples).zip(samples.iter().skip(before.map_or(1, |_| 0)))
+            {
+                let step = Vec3::from(b.position) - Vec3::from(a.position);
                 down = down.max(-step.y);
                 along = along.max(step.with_y(0.0).length());
             }
+        };
+        let main = &self.samples[first_sample as usize..][..path.positions().len()];
+        measure(main, None);
+        for joint in &self.joints[first_joint as usize..] {
+            let length = (joint.from + 2 - joint.blend_start) as usize;
+            let tail = &self.samples[joint.tail as usize..][..length];
+            measure(tail, Some(&main[joint.blend_start as usize - 1]));
         }
         self.paths.push(PathRecord {
             first_sample,
@@ -131,8 +142,8 @@ impl PathTables {
             first_joint,
             joint_count: path.analysis().joints.len() as u32,
             rate: path.rate(),
-            fastest_down: (down * 1.5 * path.rate()).max(1e-3),
-            fastest_along: along * 1.5 * path.rate(),
+            fastest_down: (down * 2.0 * path.rate()).max(1e-3),
+            fastest_along: along * 2.0 * path.rate(),
         });
     }
 
@@ -148,7 +159,6 @@ impl PathTables {
         let turn = joint.rotation();
         let offset = positions[from] - turn * positions[to];
         let before = first_sample as usize + from - blend - 1;
-        let mut low = self.samples[before].low;
         let mut previous = Quat::from_array(self.samples[before].orientation);
         for i in from - blend..=from + 1 {
             let x = (i + blend - from) as f32 / (blend - 1).max(1) as f32;
@@ -161,14 +171,26 @@ impl PathTables {
                 orientation = -orientation;
             }
             previous = orientation;
-            if i <= from {
-                low = low.min(position.y);
-            }
             self.samples.push(Sample {
                 position: position.to_array(),
-                low,
+                low: 0.0,
                 orientation: orientation.to_array(),
             });
+        }
+        // Heights as this fall reads them: two samples of the path, then the tail.
+        let tail = self.samples.len() - (blend + 2);
+        let context = before.saturating_sub(1).max(first_sample as usize)..=before;
+        let lead = context.clone().count();
+        let heights: Vec<f32> =
+            context.chain(tail..self.samples.len()).map(|i| self.samples[i].position[1]).collect();
+        let mut low = self.samples[before].low;
+        // The curve into the path's own last sample already bends towards the tail.
+        if lead == 2 {
+            low = low.min(lowest(&heights, 0));
+        }
+        for k in 0..blend + 2 {
+            low = low.min(lowest(&heights, lead - 1 + k));
+            self.samples[tail + k].low = low;
         }
     }
 
@@ -220,6 +242,15 @@ fn combine(s: &[&Sample; 4], w: [f32; 4]) -> (Vec3, Quat) {
     let p = |k: usize| (Vec3::from(s[k].position) - near) * w[k];
     let q = |k: usize| Quat::from_array(s[k].orientation) * w[k];
     (p(0) + p(2) + p(3), q(0) + q(1) + q(2) + q(3))
+}
+
+/// Lower bound of the cubic's height between samples `i` and `i + 1`: the lowest control point of its
+/// Bézier form.
+fn lowest(heights: &[f32], i: usize) -> f32 {
+    let last = heights.len() - 1;
+    let h = |k: usize| heights[k.min(last)];
+    let (a, b, c, d) = (h(i.saturating_sub(1)), h(i), h(i + 1), h(i + 2));
+    b.min(c).min(b + (c - a) / 6.0).min(c - (d - b) / 6.0)
 }
 
 /// Weights of four successive samples in the Catmull-Rom cubic between the middle two.

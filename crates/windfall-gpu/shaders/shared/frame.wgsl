@@ -1,4 +1,6 @@
 @group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var shadow_maps: texture_depth_2d_array;
+@group(0) @binding(2) var shadow_sampler: sampler_comparison;
 
 // A triangle that covers the picture, at the far end of depth.
 fn covering_triangle(index: u32) -> vec4<f32> {

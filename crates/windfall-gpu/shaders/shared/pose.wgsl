@@ -43,9 +43,16 @@ fn smooth_step(x: f32) -> f32 {
     return s * s * (3.0 - 2.0 * s);
 }
 
-// An angle in 2^-32 turns as radians in -pi..pi.
-fn turns_angle(turns: u32) -> f32 {
-    return f32(bitcast<i32>(turns)) * (2.0 * PI / 4294967296.0);
+// Sine and cosine of an angle in 2^-32 turns: the nearest quarter turn is split off exactly, the
+// rest is a short series.
+fn sin_cos_turns(turns: u32) -> vec2<f32> {
+    let quarter = (turns + (1u << 29u)) >> 30u;
+    let x = f32(bitcast<i32>(turns - (quarter << 30u))) * (2.0 * PI / 4294967296.0);
+    let x2 = x * x;
+    let s = x * (1.0 - x2 * (1.0 / 6.0 - x2 * (1.0 / 120.0 - x2 * (1.0 / 5040.0))));
+    let c = 1.0 - x2 * (0.5 - x2 * (1.0 / 24.0 - x2 * (1.0 / 720.0 - x2 * (1.0 / 40320.0))));
+    let turned = select(vec2(c, -s), vec2(s, c), (quarter & 1u) == 0u);
+    return select(-turned, turned, (quarter & 2u) == 0u);
 }
 
 // --- the ground ---------------------------------------------------------------------------------
@@ -87,7 +94,7 @@ fn wind_displacement(origin: vec3<f32>, detach_time: f32, elapsed: f32) -> vec2<
     }
     let start = detach_time - WIND_PERIOD * floor(detach_time / WIND_PERIOD);
     let lag = max(fall.wind_response, 1e-4);
-    let fade = exp(-elapsed / lag);
+    let fade = exp(max(-elapsed / lag, -60.0));
     var d = fall.wind_mean * (elapsed - lag * (1.0 - fade));
     let part = elapsed - WIND_PERIOD * floor(elapsed / WIND_PERIOD);
     let late = dot(fall.wind_travel, origin.xz) * fall.wind_slowness;
@@ -236,13 +243,18 @@ fn airborne(leaf: LeafFall, variant: Variant, elapsed: f32) -> Pose {
     let at = curve(variant, local);
     let h = joint.half_turn;
     // The laps before are a geometric series of turns of one lap's displacement.
+    let kh = sin_cos_turns(k * h);
     var sum = joint.lap * f32(k);
     if h != 0u {
-        let ratio = sin(turns_angle(k * h)) / sin(turns_angle(h));
-        let turned = quat_rotate(quat_y(turns_angle((k - 1u) * h)), joint.lap) * ratio;
-        sum = vec3(turned.x, sum.y, turned.z);
+        let own = sin_cos_turns(h);
+        // Sine and cosine of (k - 1) h.
+        let s = kh.x * own.y - kh.y * own.x;
+        let c = kh.y * own.y + kh.x * own.x;
+        let ratio = kh.x / own.x;
+        sum = vec3((joint.lap.x * c + joint.lap.z * s) * ratio, sum.y, (joint.lap.z * c - joint.lap.x * s) * ratio);
     }
-    let turn = quat_y(turns_angle(k * h * 2u));
+    // A turn by 2 k h about Y: the quaternion has the sine and cosine of half of it.
+    let turn = vec4(0.0, kh.x, 0.0, kh.y);
     var d = (before - begin) + sum + quat_rotate(turn, at.position - before);
     var drop = start.place.w - at.low;
     if k > 0u {
@@ -321,7 +333,8 @@ fn landing_of(leaf: LeafFall, variant: Variant) -> Landing {
     var above = select(0.0, t, height > 0.0);
     for (var step = 0u; step < 4096u && height > 0.0; step++) {
         above = t;
-        t += max(max(height / closing, 1e-3), t * 1e-6);
+        // A leaf may graze the ground by two millimetres.
+        t += max((height + 2e-3) / closing, t * 1e-6);
         height = clearance(leaf, variant, t);
     }
     if leaf.origin.y <= ground_at(leaf.origin.xz).height {

@@ -13,10 +13,20 @@ pub(crate) struct Draw<'a> {
     pub cull: Option<wgpu::Face>,
     /// Entry points.
     pub vertex: &'a str,
-    pub fragment: &'a str,
+    pub fragment: Option<&'a str>,
     pub alpha_to_coverage: bool,
-    /// Colour target without depth and multisampling, or the multisampled radiance with depth.
-    pub target: Option<wgpu::TextureFormat>,
+    pub target: DrawTarget,
+}
+
+/// What a pipeline draws into.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DrawTarget {
+    /// The multisampled radiance, with depth.
+    Radiance,
+    /// A shadow map: depth alone, 0 nearest to the sun.
+    Shadow,
+    /// A picture of this format, without depth.
+    Picture(wgpu::TextureFormat),
 }
 
 impl Shaders<'_> {
@@ -36,7 +46,12 @@ impl Shaders<'_> {
             bind_group_layouts: &groups,
             immediate_size: 0,
         });
-        let forest = draw.target.is_none();
+        let (color, depth) = match draw.target {
+            DrawTarget::Radiance => (Some(RADIANCE), Some(wgpu::CompareFunction::GreaterEqual)),
+            DrawTarget::Shadow => (None, Some(wgpu::CompareFunction::LessEqual)),
+            DrawTarget::Picture(format) => (Some(format), None),
+        };
+        let targets: Vec<_> = color.map(|format| Some(format.into())).into_iter().collect();
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(draw.label),
             layout: Some(&layout),
@@ -47,23 +62,23 @@ impl Shaders<'_> {
                 buffers: draw.buffers,
             },
             primitive: wgpu::PrimitiveState { cull_mode: draw.cull, ..Default::default() },
-            depth_stencil: forest.then(|| wgpu::DepthStencilState {
+            depth_stencil: depth.map(|compare| wgpu::DepthStencilState {
                 format: DEPTH,
                 depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+                depth_compare: Some(compare),
                 stencil: wgpu::StencilState::default(),
                 bias: wgpu::DepthBiasState::default(),
             }),
             multisample: wgpu::MultisampleState {
-                count: if forest { SAMPLES } else { 1 },
+                count: if draw.target == DrawTarget::Radiance { SAMPLES } else { 1 },
                 mask: !0,
                 alpha_to_coverage_enabled: draw.alpha_to_coverage,
             },
-            fragment: Some(wgpu::FragmentState {
+            fragment: draw.fragment.map(|entry_point| wgpu::FragmentState {
                 module: &module,
-                entry_point: Some(draw.fragment),
+                entry_point: Some(entry_point),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(draw.target.unwrap_or(RADIANCE).into())],
+                targets: &targets,
             }),
             multiview_mask: None,
             cache: None,

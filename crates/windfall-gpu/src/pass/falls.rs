@@ -1,6 +1,9 @@
 //! Leaves in the air and on the ground, by compute: where they land, where they are, their draws.
 
-use super::{Shaders, compose, draw::Draw};
+use super::{
+    Shaders, compose,
+    draw::{Draw, DrawTarget},
+};
 use crate::falls::{GROUP, GpuFalls, ShapeVertex};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
@@ -10,10 +13,13 @@ pub(crate) struct Falls {
     pub detach_layout: wgpu::BindGroupLayout,
     detach: wgpu::ComputePipeline,
     windows: wgpu::ComputePipeline,
+    find: wgpu::ComputePipeline,
     land: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
+    solid_shadow: wgpu::RenderPipeline,
+    masked_shadow: wgpu::RenderPipeline,
 }
 
 const SHARED: [&str; 4] = [
@@ -51,7 +57,7 @@ impl Falls {
         let device = shaders.device;
         let layout_falls =
             layout(device, "falls", &[false, false, false, false, false, true, true, true]);
-        let detach_layout = layout(device, "detach", &[true]);
+        let detach_layout = layout(device, "detach", &[true, true]);
         let compute = |label: &str, source: &str, shared: &[&str], group: &_| {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(label),
@@ -80,7 +86,7 @@ impl Falls {
                 3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32
             ],
         };
-        let draw = |label, fragment, alpha_to_coverage| {
+        let draw = |label, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
@@ -90,16 +96,24 @@ impl Falls {
                 vertex: "loose",
                 fragment,
                 alpha_to_coverage,
-                target: None,
+                target,
             })
         };
         Self {
             detach: compute("detach", detach, &SHARED[1..2], &detach_layout),
             windows: compute("windows", falls, &SHARED, &layout_falls),
+            find: compute("find", falls, &SHARED, &layout_falls),
             land: compute("land", falls, &SHARED, &layout_falls),
             pose: compute("pose", falls, &SHARED, &layout_falls),
-            solid: draw("loose leaves", "solid", false),
-            masked: draw("masked loose leaves", "masked", true),
+            solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
+            masked: draw("masked loose leaves", Some("masked"), true, DrawTarget::Radiance),
+            solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow),
+            masked_shadow: draw(
+                "masked loose leaf shadow",
+                Some("masked_shadow"),
+                false,
+                DrawTarget::Shadow,
+            ),
             layout: layout_falls,
             detach_layout,
         }
@@ -112,13 +126,20 @@ impl Falls {
         pass.dispatch_workgroups(visible.div_ceil(GROUP), 1, 1);
     }
 
-    /// Finds landings of newly detached leaves.
-    pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
+    /// Lists the leaves that have newly detached.
+    pub fn find(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
         pass.set_pipeline(&self.windows);
         pass.dispatch_workgroups(falls.stream_count.div_ceil(GROUP), 1, 1);
-        pass.set_pipeline(&self.land);
+        pass.set_pipeline(&self.find);
         pass.dispatch_workgroups(falls.slot_count.div_ceil(GROUP), 1, 1);
+    }
+
+    /// Finds where they will land.
+    pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
+        pass.set_bind_group(1, &falls.bind_group, &[]);
+        pass.set_pipeline(&self.land);
+        pass.dispatch_workgroups_indirect(&falls.landings, 0);
     }
 
     /// Poses the loose leaves and gathers those in view.
@@ -129,10 +150,23 @@ impl Falls {
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
+        Self::draw_bins(pass, forest, &self.solid, &self.masked);
+    }
+
+    pub fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
+        Self::draw_bins(pass, forest, &self.solid_shadow, &self.masked_shadow);
+    }
+
+    fn draw_bins(
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &GpuForest,
+        solid: &wgpu::RenderPipeline,
+        masked: &wgpu::RenderPipeline,
+    ) {
         let falls = &forest.falls;
         for (i, bin) in falls.bins.iter().enumerate() {
             let part = &forest.models[bin.model].leaves;
-            pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+            pass.set_pipeline(if part.masked { masked } else { solid });
             pass.set_bind_group(1, &part.bind_group, &[]);
             pass.set_vertex_buffer(0, bin.vertices.slice(..));
             let size = size_of::<LooseLeaf>() as u64;
@@ -144,5 +178,273 @@ impl Falls {
             pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed_indirect(&falls.counters, i as u64 * 20);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::shared::LooseLeaf;
+    use crate::{Camera, Falls, GpuForest, Renderer, Sky, Target, View};
+    use glam::{Quat, Vec3};
+    use std::collections::HashMap;
+    use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+    use windfall_core::forest::{Forest, Placement, Terrain};
+    use windfall_core::path::{Fall, LeafFall, Phase};
+    use windfall_core::rng::{hash, unit};
+    use windfall_core::shed::Shedding;
+    use windfall_core::tree::Tree;
+    use windfall_core::tree::species::Species;
+    use windfall_core::wind::Wind;
+
+    fn device() -> (wgpu::Device, wgpu::Queue) {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::PRIMARY,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))
+            .expect("GPU tests need an adapter; a software one will do");
+        pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }))
+        .unwrap()
+    }
+
+    fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u8> {
+        let copy = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+        queue.submit([encoder.finish()]);
+        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        copy.slice(..).get_mapped_range().to_vec()
+    }
+
+    struct Scene {
+        trees: Vec<Tree>,
+        forest: Forest,
+        falls: Falls,
+    }
+
+    /// Two species on a hillside in a gusty wind; about a third of the leaves fall in 60 s.
+    fn scene(capacity: u32) -> Scene {
+        let trees = vec![Species::Birch.grow(1), Species::Oak.grow(2)];
+        let placement = Placement {
+            trees: 4,
+            spacing: 9.0,
+            keep_out: Vec::new(),
+            scale: (0.8, 1.2),
+            season_spread: 0.2,
+            seed: 3,
+        };
+        let slope = Terrain::rolling(400.0, 12.0, 5);
+        let mut falls = Falls {
+            wind: Wind::new(2.0, 0.8, 0.8, 7),
+            shedding: Shedding { start: 0.0, duration: 180.0, ..Shedding::default() },
+            capacity,
+            ..Falls::default()
+        };
+        falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
+        Scene { forest: placement.place(slope, &[1.0, 1.0]), trees, falls }
+    }
+
+    struct Gpu {
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        renderer: Renderer,
+        forest: GpuForest,
+    }
+
+    impl Gpu {
+        fn new(scene: &Scene) -> Self {
+            let (device, queue) = device();
+            let renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8UnormSrgb);
+            let forest = GpuForest::with_falls(
+                &device,
+                &queue,
+                &renderer,
+                &scene.trees,
+                &scene.forest,
+                &scene.falls,
+            );
+            Self { device, queue, renderer, forest }
+        }
+
+        /// Renders a moment from far away, everything in view; the loose leaves, and the tallies.
+        fn loose_leaves(&self, time: f32) -> (Vec<LooseLeaf>, [u32; 5]) {
+            let Self { device, queue, renderer, forest } = self;
+            let canvas = renderer.canvas(device, 8, 8);
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba8UnormSrgb,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            let picture = texture.create_view(&Default::default());
+            let view = View {
+                camera: Camera {
+                    eye: Vec3::new(0.0, 1000.0, 3000.0),
+                    target: Vec3::ZERO,
+                    fov_y: 1.0,
+                    near: 0.1,
+                },
+                sky: Sky::default(),
+                time,
+                season: 0.5,
+                shadows: false,
+                show: crate::Show::Picture,
+            };
+            let profiler = GpuProfiler::new(
+                device,
+                GpuProfilerSettings { enable_timer_queries: false, ..Default::default() },
+            )
+            .unwrap();
+            let mut encoder = device.create_command_encoder(&Default::default());
+            let target = Target { canvas: &canvas, picture: &picture };
+            renderer.render(queue, &mut encoder, &profiler, forest, &view, target);
+            queue.submit([encoder.finish()]);
+            let counters = read(device, queue, &forest.falls.counters);
+            let counters: &[u32] = bytemuck::cast_slice(&counters);
+            let drawn = read(device, queue, &forest.falls.drawn);
+            let drawn: &[LooseLeaf] = bytemuck::cast_slice(&drawn);
+            let mut leaves = Vec::new();
+            for (i, bin) in forest.falls.bins.iter().enumerate() {
+                let first = bin.first as usize;
+                leaves.extend(&drawn[first..first + counters[5 * i + 1] as usize]);
+            }
+            let tallies = &counters[5 * forest.falls.bins.len()..][..5];
+            (leaves, tallies.try_into().unwrap())
+        }
+    }
+
+    fn unpack(leaf: &LooseLeaf) -> Quat {
+        let part = |v: u32| f32::from(v as u16 as i16) / 32767.0;
+        let [xy, zw] = [leaf.orientation_xy, leaf.orientation_zw];
+        Quat::from_xyzw(part(xy), part(xy >> 16), part(zw), part(zw >> 16)).normalize()
+    }
+
+    /// What the CPU reference says of every leaf that has detached: pose as drawn, and whether it
+    /// is in the air.
+    fn reference(scene: &Scene, time: f32) -> Vec<(Vec3, Quat, bool)> {
+        let Scene { trees, forest, falls } = scene;
+        let fall = Fall::new(
+            &falls.paths,
+            &forest.terrain,
+            falls.wind,
+            falls.variation.clone(),
+            falls.settings,
+        );
+        let rate = Shedding::gust_rate(&falls.wind);
+        let mut out = Vec::new();
+        for instance in &forest.instances {
+            let foliage = &trees[instance.model as usize].foliage;
+            let shed = falls.shedding.tree(instance, foliage.leaves.len() as u32, &falls.wind);
+            for rank in 0..falls.shedding.detached(&shed, rate, time) {
+                let index = foliage.shed_order[rank as usize];
+                let leaf = &foliage.leaves[index as usize];
+                let seed = hash(instance.seed, index);
+                let detach = falls.shedding.detach_time(&shed, rate, rank);
+                let leaf_fall = LeafFall {
+                    origin: instance.world_from_tree(leaf.center),
+                    twig_orientation: instance.rotation() * leaf.orientation,
+                    seed,
+                    group: falls.groups[instance.model as usize],
+                    detach_time: f64::from(detach),
+                };
+                let landing = fall.landing(&leaf_fall);
+                let pose = fall.pose(&leaf_fall, &landing, f64::from(time));
+                // Drawn a little above the ground, by the leaf's own thickness and chance.
+                let shape = &foliage.shapes[leaf.shape as usize];
+                let thickness = shape.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max);
+                let stack =
+                    leaf.scale * instance.scale * thickness + 0.002 + 0.012 * unit(hash(seed, 13));
+                let left = landing.time - (time - detach);
+                let settle = falls.settings.settle_time.min(landing.time);
+                let x = (1.0 - left / settle.max(1e-30)).clamp(0.0, 1.0);
+                let up = landing.orientation * Vec3::Y;
+                let up = if up.y < 0.0 { -up } else { up };
+                let position = pose.position + up * stack * x * x * (3.0 - 2.0 * x);
+                out.push((position, pose.orientation, pose.phase != Phase::Landed));
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn poses_are_those_of_the_reference() {
+        let scene = scene(1_000_000);
+        let gpu = Gpu::new(&scene);
+        let time = 75.0;
+        let (leaves, tallies) = gpu.loose_leaves(time);
+        let expected = reference(&scene, time);
+        assert!(expected.len() > 10_000, "{} leaves", expected.len());
+        let in_air = expected.iter().filter(|e| e.2).count();
+        assert!(in_air > 300, "{in_air} in the air");
+        assert_eq!(leaves.len(), expected.len());
+        assert_eq!([tallies[0], tallies[2]], [in_air, expected.len() - in_air].map(|n| n as u32));
+
+        // Leaves come in any order: look each up by its place.
+        let cell = |p: Vec3| (p * 50.0).floor().as_ivec3().to_array();
+        let mut grid: HashMap<[i32; 3], Vec<&LooseLeaf>> = HashMap::new();
+        for leaf in &leaves {
+            grid.entry(cell(leaf.position)).or_default().push(leaf);
+        }
+        let mut wrong = Vec::new();
+        for &(position, orientation, falling) in &expected {
+            let [x, y, z] = cell(position);
+            let around = (-1..=1).flat_map(|i| {
+                (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k]))
+            });
+            let near = around.filter_map(|c| grid.get(&c)).flatten();
+            let apart = near
+                .map(|leaf| {
+                    let angle = unpack(leaf).angle_between(orientation).to_degrees();
+                    // A rotation and its negative are the same.
+                    (leaf.position.distance(position), angle.min(360.0 - angle))
+                })
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            match apart {
+                Some((distance, angle)) if distance < 1e-3 && angle < 0.1 => {}
+                _ => wrong.push((position, falling, apart)),
+            }
+        }
+        assert!(
+            wrong.is_empty(),
+            "{} of {}: {:?}",
+            wrong.len(),
+            expected.len(),
+            &wrong[..8.min(wrong.len())]
+        );
+    }
+
+    #[test]
+    fn any_order_of_moments_gives_the_same_leaves() {
+        let sorted = |(mut leaves, tallies): (Vec<LooseLeaf>, _)| {
+            leaves.sort_by_key(|l| l.position.to_array().map(f32::to_bits));
+            (leaves, tallies)
+        };
+        // Few slots, so that they are reused.
+        let scene = scene(6_000);
+        let played = Gpu::new(&scene);
+        for step in 0..60 {
+            played.loose_leaves(step as f32);
+        }
+        let direct = Gpu::new(&scene);
+        let at_60 = sorted(played.loose_leaves(60.0));
+        assert!(at_60.0.len() > 4_000);
+        assert!(at_60 == sorted(direct.loose_leaves(60.0)), "played and direct differ");
+        direct.loose_leaves(150.0);
+        let back = sorted(direct.loose_leaves(60.0));
+        assert!(at_60 == back, "backwards differs");
+        assert!(at_60 != sorted(direct.loose_leaves(60.5)), "another time must differ");
     }
 }

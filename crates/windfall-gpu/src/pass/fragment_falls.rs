@@ -1,6 +1,7 @@
 //! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
 
 use super::Shaders;
+use super::draw::DrawTarget;
 use super::listed::{Layouts, Pair, SHAPE, pose_pass, pose_pipeline, set_shape};
 use crate::arena::GRAIN;
 use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
@@ -51,10 +52,11 @@ impl FragmentFalls {
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedLeaves,
+        into: DrawTarget,
     ) {
         pass.set_bind_group(2, &posed.draw_group, &[]);
         for (bin, leaves, indices) in falls.draws(&falls.roster.falling) {
-            self.pipelines.set(pass, models, bin);
+            self.pipelines.set(pass, models, bin, into);
             set_shape(pass, bin);
             pass.draw_indexed(0..indices, 0, leaves);
         }

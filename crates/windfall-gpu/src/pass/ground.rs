@@ -1,6 +1,9 @@
 //! The terrain, out to the horizon.
 
-use super::{Shaders, draw::Draw};
+use super::{
+    Shaders,
+    draw::{Draw, DrawTarget},
+};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use wgpu::util::DeviceExt;
@@ -102,9 +105,9 @@ impl Ground {
                 buffers: &[vertices],
                 cull: Some(wgpu::Face::Back),
                 vertex: "vertex",
-                fragment: "fragment",
+                fragment: Some("fragment"),
                 alpha_to_coverage: false,
-                target: None,
+                target: DrawTarget::Radiance,
             }),
         }
     }

@@ -1,12 +1,18 @@
 //! Leaves on their twigs.
 
-use super::{Shaders, draw::Draw, draw_parts, tree_instances};
+use super::{
+    Shaders,
+    draw::{Draw, DrawTarget},
+    draw_parts, tree_instances,
+};
 use crate::forest::{GpuForest, Visible};
 use crate::model::LeafVertex;
 
 pub(crate) struct Leaves {
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
+    solid_shadow: wgpu::RenderPipeline,
+    masked_shadow: wgpu::RenderPipeline,
 }
 
 impl Leaves {
@@ -16,7 +22,7 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |label, fragment, alpha_to_coverage| {
+        let pipeline = |label, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
@@ -26,12 +32,19 @@ impl Leaves {
                 vertex: "vertex",
                 fragment,
                 alpha_to_coverage,
-                target: None,
+                target,
             })
         };
         Self {
-            solid: pipeline("leaves", "solid", false),
-            masked: pipeline("masked leaves", "masked", true),
+            solid: pipeline("leaves", Some("solid"), false, DrawTarget::Radiance),
+            masked: pipeline("masked leaves", Some("masked"), true, DrawTarget::Radiance),
+            solid_shadow: pipeline("leaf shadow", None, false, DrawTarget::Shadow),
+            masked_shadow: pipeline(
+                "masked leaf shadow",
+                Some("masked_shadow"),
+                false,
+                DrawTarget::Shadow,
+            ),
         }
     }
 
@@ -44,6 +57,28 @@ impl Leaves {
             &forest.models,
             |pass, part| {
                 pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+            },
+        );
+    }
+
+    pub fn draw_shadow(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &GpuForest,
+        visible: &[Visible],
+    ) {
+        draw_parts(
+            pass,
+            forest,
+            visible,
+            |model| &model.leaves,
+            &forest.models,
+            |pass, part| {
+                pass.set_pipeline(if part.masked {
+                    &self.masked_shadow
+                } else {
+                    &self.solid_shadow
+                });
             },
         );
     }

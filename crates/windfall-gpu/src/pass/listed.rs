@@ -1,6 +1,6 @@
 //! The strategies without compute: their layouts, and which pass each of them takes.
 
-use super::draw::Draw;
+use super::draw::{Draw, DrawTarget};
 use super::fragment_falls::FragmentFalls;
 use super::litter::Litter;
 use super::vertex_buffer_falls::VertexBufferFalls;
@@ -38,10 +38,10 @@ pub(super) struct Layouts {
     pub posed: wgpu::BindGroupLayout,
 }
 
-/// A pair of pipelines: for leaves without and with holes.
+/// Pipelines for leaves without and with holes, for the picture and for shadow maps.
 pub(super) struct Pair {
-    solid: wgpu::RenderPipeline,
-    masked: wgpu::RenderPipeline,
+    solid: [wgpu::RenderPipeline; 2],
+    masked: [wgpu::RenderPipeline; 2],
 }
 
 impl Pair {
@@ -56,7 +56,7 @@ impl Pair {
     ) -> Self {
         let shared = if posing { POSE.join("\n") } else { String::new() };
         let source = [LEAVES, &shared, source].join("\n");
-        let pipeline = |fragment, alpha_to_coverage| {
+        let pipeline = |fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label: vertex,
                 source: &source,
@@ -66,16 +66,30 @@ impl Pair {
                 vertex,
                 fragment,
                 alpha_to_coverage,
-                target: None,
+                target,
             })
         };
-        Self { solid: pipeline("solid", false), masked: pipeline("masked", true) }
+        let (picture, shadow) = (DrawTarget::Radiance, DrawTarget::Shadow);
+        Self {
+            solid: [pipeline(Some("solid"), false, picture), pipeline(None, false, shadow)],
+            masked: [
+                pipeline(Some("masked"), true, picture),
+                pipeline(Some("masked_shadow"), false, shadow),
+            ],
+        }
     }
 
     /// Sets the pipeline for a bin, and its model's bind group.
-    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>, models: &[GpuModel], bin: &Bin) {
+    pub fn set(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        models: &[GpuModel],
+        bin: &Bin,
+        into: DrawTarget,
+    ) {
         let part = &models[bin.model].leaves;
-        pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+        let pipelines = if part.masked { &self.masked } else { &self.solid };
+        pass.set_pipeline(&pipelines[usize::from(into == DrawTarget::Shadow)]);
         pass.set_bind_group(1, &part.bind_group, &[]);
     }
 }
@@ -256,13 +270,14 @@ impl ListedPasses {
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
+        into: DrawTarget,
     ) {
         match &falls.posed {
-            Posed::Nothing => self.vertex.draw(pass, models, falls),
-            Posed::Leaves(posed) => self.fragment.draw(pass, models, falls, posed),
-            Posed::Vertices(posed) => self.vertex_buffer.draw(pass, models, falls, posed),
+            Posed::Nothing => self.vertex.draw(pass, models, falls, into),
+            Posed::Leaves(posed) => self.fragment.draw(pass, models, falls, posed, into),
+            Posed::Vertices(posed) => self.vertex_buffer.draw(pass, models, falls, posed, into),
         }
-        self.litter.draw(pass, models, falls);
+        self.litter.draw(pass, models, falls, into);
     }
 }
 

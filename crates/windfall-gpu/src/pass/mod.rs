@@ -7,12 +7,14 @@ pub(crate) mod ground;
 mod leaves;
 mod listed;
 mod litter;
+pub(crate) mod shadow;
 mod sky;
 mod tone_map;
 mod vertex_buffer_falls;
 mod vertex_falls;
 mod wood;
 
+pub(crate) use draw::DrawTarget;
 pub(crate) use falls::Falls;
 pub(crate) use ground::Ground;
 pub(crate) use leaves::Leaves;

@@ -1,6 +1,9 @@
 //! The sky behind everything.
 
-use super::{Shaders, draw::Draw};
+use super::{
+    Shaders,
+    draw::{Draw, DrawTarget},
+};
 
 pub(crate) struct SkyDome {
     pipeline: wgpu::RenderPipeline,
@@ -16,9 +19,9 @@ impl SkyDome {
                 buffers: &[],
                 cull: None,
                 vertex: "vertex",
-                fragment: "fragment",
+                fragment: Some("fragment"),
                 alpha_to_coverage: false,
-                target: None,
+                target: DrawTarget::Radiance,
             }),
         }
     }

@@ -1,6 +1,9 @@
 //! From radiance to the picture.
 
-use super::{Shaders, draw::Draw};
+use super::{
+    Shaders,
+    draw::{Draw, DrawTarget},
+};
 
 pub(crate) struct ToneMap {
     pipeline: wgpu::RenderPipeline,
@@ -29,9 +32,9 @@ impl ToneMap {
             buffers: &[],
             cull: None,
             vertex: "vertex",
-            fragment: "fragment",
+            fragment: Some("fragment"),
             alpha_to_coverage: false,
-            target: Some(format),
+            target: DrawTarget::Picture(format),
         });
         Self { pipeline, layout }
     }

@@ -1,6 +1,7 @@
 //! Strategy `vertex-buffer` (VB 6.2): a fragment finds where a vertex is; what it writes is drawn.
 
 use super::Shaders;
+use super::draw::DrawTarget;
 use super::listed::{Layouts, Pair, pose_pass, pose_pipeline};
 use crate::listed::{ListedFalls, PosedVertices, WORDS};
 use crate::model::GpuModel;
@@ -76,13 +77,14 @@ impl VertexBufferFalls {
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedVertices,
+        into: DrawTarget,
     ) {
         let list = &falls.roster.falling;
         for (i, (bin, region)) in falls.bins.iter().zip(&list.regions).enumerate() {
             if region.items.is_empty() {
                 continue;
             }
-            self.pipelines.set(pass, models, bin);
+            self.pipelines.set(pass, models, bin, into);
             let first = posed.offset(i);
             pass.set_vertex_buffer(0, posed.buffers[0].slice(first..));
             pass.set_vertex_buffer(1, posed.buffers[1].slice(first..));

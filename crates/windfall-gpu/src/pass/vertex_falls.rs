@@ -1,6 +1,7 @@
 //! Strategy `vertex` (VB 6, first): every vertex of a falling leaf finds its place.
 
 use super::Shaders;
+use super::draw::DrawTarget;
 use super::listed::{Layouts, Pair, SHAPE, set_shape};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
@@ -33,12 +34,13 @@ impl VertexFalls {
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
+        into: DrawTarget,
     ) {
         let list = &falls.roster.falling;
         pass.set_bind_group(2, &falls.tables_group, &[]);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
         for (bin, leaves, indices) in falls.draws(list) {
-            self.pipelines.set(pass, models, bin);
+            self.pipelines.set(pass, models, bin, into);
             set_shape(pass, bin);
             pass.draw_indexed(0..indices, 0, leaves);
         }

@@ -1,11 +1,16 @@
 //! Trunks and branches.
 
-use super::{Shaders, draw::Draw, draw_parts, tree_instances};
+use super::{
+    Shaders,
+    draw::{Draw, DrawTarget},
+    draw_parts, tree_instances,
+};
 use crate::forest::{GpuForest, Visible};
 use crate::model::WoodVertex;
 
 pub(crate) struct Wood {
     pipeline: wgpu::RenderPipeline,
+    shadow: wgpu::RenderPipeline,
 }
 
 impl Wood {
@@ -15,20 +20,34 @@ impl Wood {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &WoodVertex::ATTRIBUTES,
         };
-        Self {
-            pipeline: shaders.pipeline(&Draw {
-                label: "wood",
+        let pipeline = |label, fragment, target| {
+            shaders.pipeline(&Draw {
+                label,
                 source: include_str!("../../shaders/wood.wgsl"),
                 groups: &[part_layout],
-                buffers: &[vertices, tree_instances()],
+                buffers: &[vertices.clone(), tree_instances()],
                 // Real exports have open tubes and mixed winding: both sides are drawn.
                 cull: None,
                 vertex: "vertex",
-                fragment: "fragment",
+                fragment,
                 alpha_to_coverage: false,
-                target: None,
-            }),
+                target,
+            })
+        };
+        Self {
+            pipeline: pipeline("wood", Some("fragment"), DrawTarget::Radiance),
+            shadow: pipeline("wood shadow", None, DrawTarget::Shadow),
         }
+    }
+
+    pub fn draw_shadow(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &GpuForest,
+        visible: &[Visible],
+    ) {
+        pass.set_pipeline(&self.shadow);
+        draw_parts(pass, forest, visible, |model| &model.wood, &forest.models, |_, _| {});
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest, visible: &[Visible]) {

@@ -224,18 +224,18 @@ impl<'a> Reader<'a> {
         };
         if !self.unpacked.contains_key(&index) {
             #[cfg(not(target_arch = "wasm32"))]
-            let bytes = {
+            {
                 let data =
                     self.slice(packed.buffer, packed.byte_offset, packed.byte_length, &here)?;
-                super::meshopt::unpack(data, packed)
-                    .map_err(|cause| self.error(&here, Malformed, cause))?
-            };
+                let bytes = super::meshopt::unpack(data, packed)
+                    .map_err(|cause| self.error(&here, Malformed, cause))?;
+                self.unpacked.insert(index, bytes);
+            }
             #[cfg(target_arch = "wasm32")]
-            let bytes = {
+            {
                 let cause = "EXT_meshopt_compression is not supported in browsers";
                 return Err(self.error(&here, Unsupported, cause));
-            };
-            self.unpacked.insert(index, bytes);
+            }
         }
         Ok((self.unpacked.get(&index).map_or(&[], Vec::as_slice), Some(packed.byte_stride)))
     }

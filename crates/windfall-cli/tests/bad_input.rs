@@ -1,0 +1,162 @@
+//! Bad input: an error that names the file, the place and the cause, status 1, no panic, no output.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
+
+mod common;
+
+use common::model::{Model, png};
+use common::{Place, SCENE};
+use serde_json::json;
+
+#[test]
+fn bad_tree_files_are_named_with_the_cause() {
+    let place = Place::new();
+    let valid = Model::tree().glb();
+    place.write("empty.glb", "");
+    place.write("garbage.glb", [0x5a; 300]);
+    place.write("truncated.glb", &valid[..valid.len() / 2]);
+    std::fs::create_dir(place.path("folder.glb")).unwrap();
+    let edited = |name: &str, edit: &dyn Fn(&mut Model)| {
+        let mut model = Model::tree();
+        edit(&mut model);
+        place.write(name, model.glb());
+    };
+    edited("no-buffer.glb", &|m| m.json["buffers"][0]["uri"] = json!("gone.bin"));
+    edited("no-image.glb", &|m| {
+        m.texture(&png());
+        m.json["images"] = json!([{ "uri": "gone.png" }]);
+    });
+    edited("outside.glb", &|m| {
+        // The second accessor is the trunk's index list; its first index follows four positions.
+        m.binary[48..50].copy_from_slice(&999_u16.to_le_bytes());
+    });
+    edited("nan.glb", &|m| m.binary[0..4].copy_from_slice(&f32::NAN.to_le_bytes()));
+    edited("infinite.glb", &|m| m.binary[0..4].copy_from_slice(&f32::INFINITY.to_le_bytes()));
+    edited("no-triangles.glb", &|m| {
+        for mesh in 0..2 {
+            m.json["meshes"][mesh]["primitives"][0]["mode"] = json!(0);
+        }
+    });
+    edited("no-leaves.glb", &|m| {
+        m.json["nodes"][2]["name"] = json!("canopy");
+        m.json["meshes"][1]["name"] = json!("canopy");
+    });
+    edited("extension.glb", &|m| {
+        m.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+    });
+    let cases: [(&str, &[&str]); 13] = [
+        ("empty.glb", &["empty"]),
+        ("garbage.glb", &[]),
+        ("truncated.glb", &[]),
+        ("folder.glb", &["folder"]),
+        ("missing.glb", &["cannot be read"]),
+        ("no-buffer.glb", &["gone.bin"]),
+        ("no-image.glb", &["gone.png"]),
+        ("outside.glb", &["999"]),
+        ("nan.glb", &["NaN"]),
+        ("infinite.glb", &["inf"]),
+        ("no-triangles.glb", &["triangle"]),
+        ("no-leaves.glb", &["canopy", "--leaves"]),
+        ("extension.glb", &["KHR_draco_mesh_compression"]),
+    ];
+    for (file, words) in cases {
+        let words = [&[file], words].concat();
+        place.fail(1, &format!("tree inspect {file}"), &words);
+        place.fail(1, &format!("tree inspect {file} --json"), &words);
+        place.fail(1, &format!("render small.ron --tree {file} --out out.png"), &words);
+        place.write("bad.ron", SCENE.replace("tiny.glb", file));
+        place.fail(1, "render bad.ron --frames 0-3 --out out.gif", &words);
+        std::fs::remove_file(place.path("bad.ron")).unwrap();
+    }
+    // The way out that the error names.
+    place.succeed("tree inspect no-leaves.glb --leaves canopy");
+}
+
+#[test]
+fn bad_scene_files_are_named_with_the_place() {
+    let place = Place::new();
+    place.write("empty.ron", "");
+    place.write("garbage.ron", [0xff, 0xfe, 0x00, 0x9c]);
+    std::fs::create_dir(place.path("folder.ron")).unwrap();
+    place.write("unknown.ron", SCENE.replace("count: 4", "count: 4, clouds: 3"));
+    place.write("version.ron", SCENE.replace("version: 1", "version: 9"));
+    place.write("nan.ron", SCENE.replace("fps: 10", "fps: NaN"));
+    place.write("species.ron", SCENE.replace("File(\"tiny.glb\")", "Species(\"pine\")"));
+    place.write("truncated.ron", &SCENE[..SCENE.len() / 2]);
+    let cases: [(&str, &[&str]); 9] = [
+        ("empty.ron", &["line 1"]),
+        ("garbage.ron", &["UTF-8"]),
+        ("folder.ron", &["folder"]),
+        ("missing.ron", &["cannot be read"]),
+        ("unknown.ron", &["line 2", "clouds"]),
+        ("version.ron", &["version 9", "version 1"]),
+        ("nan.ron", &["fps", "NaN"]),
+        ("species.ron", &["trees[0].source", "pine", "birch"]),
+        ("truncated.ron", &["line"]),
+    ];
+    for (file, words) in cases {
+        place.fail(1, &format!("render {file} --out out.png"), &[&[file], words].concat());
+    }
+    place.fail(1, "render no-such-scene --out out.png", &["no-such-scene", "windfall scenes"]);
+}
+
+#[test]
+fn numbers_out_of_range_are_refused_with_the_range() {
+    let place = Place::new();
+    for (arguments, words) in [
+        ("--size 0x0", ["size", "0x0"]),
+        ("--size 64x0", ["size", "64x0"]),
+        ("--size 1000000x16", ["size", "16384"]),
+        ("--size 4294967295x4294967295", ["size", "16384"]),
+        ("--trees 1000000", ["1000000", "100000"]),
+        ("--fps 0", ["fps", "0"]),
+        ("--fps nan", ["fps", "NaN"]),
+        ("--time inf", ["time", "inf"]),
+        ("--season 2", ["season", "2"]),
+        ("--tree tiny.glb --height 0", ["height", "0"]),
+        ("--tree tiny.glb --height nan", ["height", "NaN"]),
+        ("--tree tiny.glb --palette pine", ["palette", "pine"]),
+    ] {
+        place.fail(1, &format!("render small.ron {arguments} --out out.png"), &words);
+    }
+}
+
+/// 16384² pixels are within most devices' limits, and take 14 GB.
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_said() {
+    let place = Place::new();
+    // A software device has the memory that the process has: 6 GB here.
+    let program = env!("CARGO_BIN_EXE_windfall");
+    let output = std::process::Command::new("sh")
+        .args(["-c", "ulimit -v 6000000; exec \"$@\"", "sh", program])
+        .args(["render", "small.ron", "--trees", "0", "--size", "16384x16384", "--out", "a.png"])
+        .current_dir(place.path(""))
+        .env("XDG_RUNTIME_DIR", place.path(""))
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    // A graphics card with its own 16 GB may well draw it.
+    if !output.status.success() {
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains("too little memory"), "{stderr}");
+        assert!(!place.path("a.png").exists());
+    }
+}
+
+#[test]
+fn bad_outputs_are_refused() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("folder.png")).unwrap();
+    for (out, word) in [
+        ("out.bmp", ".png"),
+        ("folder.png", "folder"),
+        ("f_%05d.gif", ".png"),
+        ("f_%q.png", "%05d"),
+        ("tiny.glb/out.png", "tiny.glb"),
+    ] {
+        place.fail(1, &format!("render small.ron --out {out}"), &[word]);
+    }
+    place.fail(1, "render small.ron --frames 0-3 --out one.png", &["4 pictures", "%05d"]);
+    place.fail(1, "render small.ron --size 33x32 --out odd.mp4", &["even"]);
+    place.fail(1, "tree export pine --out pine.glb", &["pine", "birch"]);
+}

@@ -1,0 +1,221 @@
+//! Cascaded shadow maps of the sun, with texels that stay in place when the camera moves.
+
+use crate::shared::Frame;
+use crate::view::{Camera, View};
+use glam::{Mat4, Vec3};
+use windfall_core::forest::Frustum;
+
+/// Number of cascades.
+pub(crate) const CASCADES: usize = 3;
+/// Texels along a side of a cascade.
+const SIZE: u32 = 2048;
+/// Where each cascade ends, metres from the camera.
+const ENDS: [f32; CASCADES] = [14.0, 48.0, 180.0];
+/// How far beyond a cascade's sphere, towards the sun, something may stand that shades it, metres.
+const REACH: f32 = 120.0;
+
+/// One cascade of a frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Cascade {
+    /// Clip space of the map: depth 0 nearest to the sun.
+    pub clip_from_world: Mat4,
+    /// Size of a texel, metres.
+    pub texel: f32,
+}
+
+/// The shadow maps.
+pub(crate) struct Shadows {
+    /// All cascades, for sampling.
+    pub view: wgpu::TextureView,
+    /// Each cascade, for drawing.
+    pub layers: [wgpu::TextureView; CASCADES],
+    /// What is sampled while the maps are drawn.
+    pub nothing: wgpu::TextureView,
+    pub sampler: wgpu::Sampler,
+}
+
+impl Shadows {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let texture = |size, layers| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("shadow maps"),
+                size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Depth32Float,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        let all = |texture: &wgpu::Texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            })
+        };
+        let maps = texture(SIZE, CASCADES as u32);
+        let layers = std::array::from_fn(|i| {
+            maps.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2),
+                base_array_layer: i as u32,
+                array_layer_count: Some(1),
+                ..Default::default()
+            })
+        });
+        Self {
+            view: all(&maps),
+            layers,
+            nothing: all(&texture(1, 1)),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("shadow"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                compare: Some(wgpu::CompareFunction::LessEqual),
+                ..Default::default()
+            }),
+        }
+    }
+}
+
+/// The cascades of a view, nearest first.
+pub(crate) fn cascades(view: &View, aspect: f32) -> [Cascade; CASCADES] {
+    let sun = view.sky.sun_direction();
+    let mut start = view.camera.near;
+    ENDS.map(|end| {
+        let cascade = cascade(&view.camera, aspect, sun, start, end);
+        start = end;
+        cascade
+    })
+}
+
+/// A square map around the sphere that holds the view between two distances. The sphere does not
+/// change when the camera turns, and its centre moves in whole texels: shadows' edges stand still.
+fn cascade(camera: &Camera, aspect: f32, sun: Vec3, start: f32, end: f32) -> Cascade {
+    let tan = (camera.fov_y * 0.5).tan();
+    let corner = tan * tan * (1.0 + aspect * aspect);
+    // Where the sphere's centre must be along the view to touch both ends' corners.
+    let along = (0.5 * (start + end) * (1.0 + corner)).min(end);
+    let radius = (end * end * corner + (end - along) * (end - along)).sqrt().ceil();
+    let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
+    let center = camera.eye + forward * along;
+
+    let up = if sun.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
+    let light_from_world = Mat4::look_to_rh(Vec3::ZERO, -sun, up);
+    let texel = 2.0 * radius / SIZE as f32;
+    let at = light_from_world.transform_point3(center);
+    let snapped = Vec3::new((at.x / texel).floor() * texel, (at.y / texel).floor() * texel, at.z);
+    let projection = Mat4::orthographic_rh(
+        snapped.x - radius,
+        snapped.x + radius,
+        snapped.y - radius,
+        snapped.y + radius,
+        -snapped.z - radius - REACH,
+        -snapped.z + radius,
+    );
+    Cascade { clip_from_world: projection * light_from_world, texel }
+}
+
+impl Cascade {
+    /// Whether a sphere can shade anything in this cascade.
+    pub fn shaded_by(&self, center: Vec3, radius: f32) -> bool {
+        let at = self.clip_from_world.project_point3(center);
+        let texels = 2.0 * radius / (self.texel * SIZE as f32);
+        let depth = radius * self.clip_from_world.row(2).truncate().length();
+        at.x.abs() <= 1.0 + texels && at.y.abs() <= 1.0 + texels && at.z <= 1.0 + depth
+    }
+
+    /// The frame's uniforms with this cascade in the camera's place.
+    pub fn frame(&self, frame: &Frame) -> Frame {
+        Frame { clip_from_world: self.clip_from_world, ..*frame }
+    }
+}
+
+/// Fills in what the shaders need to look shadows up.
+pub(crate) fn describe(frame: &mut Frame, cascades: &[Cascade; CASCADES], on: bool) {
+    frame.shadow_from_world = cascades.map(|c| c.clip_from_world);
+    frame.shadow_ends = Vec3::from(ENDS).extend(f32::from(u8::from(on)));
+    frame.shadow_texels = Vec3::from(cascades.map(|c| c.texel)).extend(1.0 / SIZE as f32);
+}
+
+/// What decides whether a tree is drawn into a map or a picture.
+pub(crate) enum Volume<'a> {
+    View(&'a Frustum),
+    Shadow(&'a Cascade),
+}
+
+impl Volume<'_> {
+    pub fn holds(&self, center: Vec3, radius: f32) -> bool {
+        match self {
+            Self::View(frustum) => frustum.sees_sphere(center, radius),
+            Self::Shadow(cascade) => cascade.shaded_by(center, radius),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Sky;
+
+    fn view(eye: Vec3, target: Vec3, elevation: f32) -> View {
+        View {
+            camera: Camera { eye, target, fov_y: 0.9, near: 0.1 },
+            sky: Sky { sun_elevation: elevation, ..Sky::default() },
+            time: 0.0,
+            season: 0.5,
+            shadows: true,
+            show: crate::Show::Picture,
+        }
+    }
+
+    #[test]
+    fn cascades_hold_the_view_up_to_their_ends_for_any_sun() {
+        for elevation in [0.02, 0.6, std::f32::consts::FRAC_PI_2] {
+            let view = view(Vec3::new(3.0, 1.7, 9.0), Vec3::new(40.0, 8.0, -20.0), elevation);
+            let world_from_clip = view.camera.clip_from_world(1.6).inverse();
+            let cascades = cascades(&view, 1.6);
+            let mut start = 0.1;
+            for (cascade, end) in cascades.iter().zip(ENDS) {
+                for distance in [start, end] {
+                    for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                        // Depth near/distance is that distance along the view.
+                        let p = Vec3::new(x, y, view.camera.near / distance);
+                        let corner = world_from_clip.project_point3(p);
+                        let at = cascade.clip_from_world.project_point3(corner);
+                        assert!(at.x.abs() < 1.001 && at.y.abs() < 1.001, "{elevation}: {at}");
+                        assert!((0.0..=1.0).contains(&at.z), "{elevation}: {at}");
+                    }
+                }
+                start = end;
+            }
+        }
+    }
+
+    #[test]
+    fn texels_stay_in_place_when_the_camera_moves() {
+        let texels = |eye: Vec3| {
+            let view = view(eye, eye + Vec3::NEG_Z, 0.6);
+            let c = cascades(&view, 1.6)[1];
+            c.clip_from_world.project_point3(Vec3::new(1.0, 2.0, 3.0)) * (SIZE as f32 * 0.5)
+        };
+        let moved = texels(Vec3::new(0.37, 1.9, 5.0)) - texels(Vec3::new(0.0, 1.7, 5.2));
+        assert!(moved.x.abs() > 0.5, "{moved}");
+        for v in [moved.x, moved.y] {
+            assert!((v - v.round()).abs() < 0.02, "{moved}");
+        }
+    }
+
+    #[test]
+    fn a_tree_towards_the_sun_shades_and_one_behind_does_not() {
+        let view = view(Vec3::ZERO, Vec3::NEG_Z, 0.6);
+        let cascade = cascades(&view, 1.6)[0];
+        let sun = view.sky.sun_direction();
+        let here = Vec3::new(0.0, 0.0, -5.0);
+        assert!(cascade.shaded_by(here + sun * 60.0, 3.0));
+        assert!(!cascade.shaded_by(here - sun * 60.0, 3.0));
+        let aside = sun.cross(Vec3::Y).normalize_or_zero() * 80.0;
+        assert!(!cascade.shaded_by(here + aside, 3.0));
+    }
+}

@@ -1,0 +1,241 @@
+//! Small pictures of fixed setups, held against `references/*.png` by FLIP.
+//!
+//! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
+#![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
+
+use glam::Vec3;
+use std::sync::LazyLock;
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+use windfall_core::forest::{Forest, Instance, Placement, Terrain};
+use windfall_core::shed::Shedding;
+use windfall_core::tree::species::Species;
+use windfall_core::tree::{Image, Material, Surface, Tree};
+use windfall_gpu::{
+    Camera, Capture, Falls, GpuForest, Renderer, Target, View, wgpu, wgpu_profiler,
+};
+use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
+
+const SIZE: (u32, u32) = (160, 90);
+
+/// What draws: one for all tests of this file.
+struct Studio {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    profiler: GpuProfiler,
+    renderer: Renderer,
+    texture: wgpu::Texture,
+}
+
+static STUDIO: LazyLock<Studio> = LazyLock::new(|| {
+    let (device, queue) = device();
+    let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    Studio {
+        profiler: GpuProfiler::new(&device, settings).unwrap(),
+        renderer: Renderer::new(&device, texture.format()),
+        texture,
+        device,
+        queue,
+    }
+});
+
+/// One drawing at a time: the studio has one texture.
+static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
+fn upload(trees: &[Tree], forest: &Forest, falls: &Falls) -> GpuForest {
+    let Studio { device, queue, renderer, .. } = &*STUDIO;
+    GpuForest::with_falls(device, queue, renderer, trees, forest, falls)
+}
+
+fn paint(forest: &GpuForest, view: &View) -> Vec<u8> {
+    let Studio { device, queue, profiler, renderer, texture } = &*STUDIO;
+    let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let canvas = renderer.canvas(device, SIZE.0, SIZE.1);
+    let picture = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let target = Target { canvas: &canvas, picture: &picture };
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    renderer.render(queue, &mut encoder, profiler, forest, view, target);
+    let capture = Capture::encode(device, &mut encoder, texture);
+    queue.submit([encoder.finish()]);
+    capture.map();
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    capture.take().unwrap().unwrap()
+}
+
+/// A forest in which no leaf falls.
+fn paint_still(trees: &[Tree], forest: &Forest, view: &View) -> Vec<u8> {
+    paint(&upload(trees, forest, &Falls::none()), view)
+}
+
+/// Half of all leaves fall within a minute, in a breeze.
+fn falls(trees: &[Tree]) -> Falls {
+    let mut falls = Falls {
+        shedding: Shedding { start: 0.0, duration: 120.0, ..Shedding::default() },
+        capacity: 200_000,
+        ..Falls::default()
+    };
+    falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
+    falls
+}
+
+fn view(eye: [f32; 3], target: [f32; 3]) -> View {
+    let camera = Camera { eye: eye.into(), target: target.into(), fov_y: 0.8, near: 0.1 };
+    View { season: 0.55, ..View::new(camera) }
+}
+
+fn stand(position: Vec3, model: u32) -> Instance {
+    Instance { model, position, yaw: 0.3, scale: 1.0, season_offset: 0.0, seed: 9 }
+}
+
+fn lone(tree: Tree) -> (Vec<Tree>, Forest) {
+    let forest = Forest { terrain: Terrain::flat(), instances: vec![stand(Vec3::ZERO, 0)] };
+    (vec![tree], forest)
+}
+
+/// Twelve trees of three species on rolling ground.
+fn glade() -> (Vec<Tree>, Forest) {
+    let trees = vec![Species::Birch.grow(1), Species::Maple.grow(2), Species::Oak.grow(3)];
+    let placement = Placement {
+        trees: 12,
+        spacing: 6.0,
+        keep_out: Vec::new(),
+        scale: (0.8, 1.2),
+        season_spread: 0.15,
+        seed: 5,
+    };
+    let forest = placement.place(Terrain::rolling(200.0, 2.0, 4), &[1.0; 3]);
+    (trees, forest)
+}
+
+/// A birch with pictures: leaves are the discs that a mask leaves, wood repeats its texture.
+fn masked() -> Tree {
+    let mut tree = Species::Birch.grow(4);
+    let (width, height) = (32, 32);
+    let texel = |i: u32| {
+        let (x, y) = ((i % width) as f32 - 15.5, (i / width) as f32 - 15.5);
+        let solid = x.hypot(y) < 15.0;
+        [200, (120 + 4 * (i / width)) as u8, 40, if solid { 255 } else { 0 }]
+    };
+    let rgba = (0..width * height).flat_map(texel).collect();
+    let image = Image { width, height, rgba };
+    tree.foliage.palette = None;
+    for material in &mut tree.foliage.materials {
+        *material = Material {
+            alpha_cutoff: Some(0.5),
+            surface: Surface::Texture(image.clone(), false),
+            ..material.clone()
+        };
+    }
+    for material in &mut tree.wood.materials {
+        material.surface = Surface::Texture(image.clone(), true);
+    }
+    tree
+}
+
+fn compare(name: &str, rgba: &[u8]) {
+    Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(name, SIZE, rgba, Tolerance::default());
+}
+
+fn check(name: &str, (trees, forest): (Vec<Tree>, Forest), view: &View) {
+    compare(name, &paint_still(&trees, &forest, view));
+}
+
+#[test]
+fn sky_and_ground_alone() {
+    let forest = Forest { terrain: Terrain::rolling(200.0, 3.0, 1), instances: Vec::new() };
+    check("empty", (Vec::new(), forest), &view([0.0, 4.0, 20.0], [0.0, 4.0, 0.0]));
+}
+
+#[test]
+fn one_tree_from_near() {
+    check("maple", lone(Species::Maple.grow(1)), &view([2.0, 2.0, 20.0], [0.0, 6.0, 0.0]));
+}
+
+#[test]
+fn one_tree_against_the_light() {
+    let mut view = view([0.0, 1.7, 18.0], [0.0, 8.0, 0.0]);
+    (view.sky.sun_azimuth, view.sky.sun_elevation) = (std::f32::consts::PI, 0.35);
+    check("aspen-backlit", lone(Species::Aspen.grow(1)), &view);
+}
+
+#[test]
+fn a_tree_with_pictures_for_leaves() {
+    check("masked", lone(masked()), &view([2.0, 2.0, 16.0], [0.0, 6.0, 0.0]));
+}
+
+#[test]
+fn a_glade() {
+    check("glade", glade(), &view([0.0, 3.0, 30.0], [0.0, 5.0, 0.0]));
+}
+
+#[test]
+fn a_glade_from_above() {
+    check("glade-above", glade(), &view([0.0, 45.0, 0.0], [0.0, 0.0, 0.0]));
+}
+
+#[test]
+fn a_glade_in_late_summer_haze() {
+    let mut view = view([0.0, 3.0, 30.0], [0.0, 5.0, 0.0]);
+    (view.season, view.sky.haze, view.sky.exposure) = (0.1, 0.02, 0.5);
+    check("glade-haze", glade(), &view);
+}
+
+#[test]
+fn leaves_in_the_air_and_on_the_ground() {
+    let (trees, forest) = glade();
+    let view = View { time: 60.0, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    compare("falling", &paint(&upload(&trees, &forest, &falls(&trees)), &view));
+}
+
+#[test]
+fn a_moment_is_the_same_whatever_came_before_it() {
+    let (trees, forest) = glade();
+    let falls = falls(&trees);
+    let at = |time| View { time, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    let alone = paint(&upload(&trees, &forest, &falls), &at(40.0));
+    let played = upload(&trees, &forest, &falls);
+    let moments = [0.0, 40.0, 90.0, 40.0, 39.9, 40.0, -5.0, 40.0].map(|t| paint(&played, &at(t)));
+    for i in [1, 3, 5, 7] {
+        assert!(moments[i] == alone, "moment {i} differs");
+    }
+    assert!(moments[2] != alone && moments[4] != alone, "time changes the picture");
+}
+
+/// What the tolerance must not let pass: a later season, one tree of twelve less, a camera half a
+/// metre off.
+#[test]
+fn perturbed_pictures_fail() {
+    let folder = std::env::temp_dir().join(format!("windfall-perturbed-{}", std::process::id()));
+    let at = |bless| Snapshots::new(folder.join("references"), folder.join("failures"), bless);
+    let here = view([0.0, 3.0, 30.0], [0.0, 5.0, 0.0]);
+    let (trees, forest) = glade();
+    let tolerance = Tolerance::default();
+    at(true).assert("glade", SIZE, &paint_still(&trees, &forest, &here), tolerance);
+    at(false).assert("glade", SIZE, &paint_still(&trees, &forest, &here), tolerance);
+
+    let mut fewer = forest.clone();
+    // The nearest one: one that others hide would rightly change nothing.
+    let near = |i: &Instance| i.position.distance(here.camera.eye);
+    let nearest =
+        (0..12).min_by(|&a, &b| near(&forest.instances[a]).total_cmp(&near(&forest.instances[b])));
+    fewer.instances.remove(nearest.unwrap());
+    let later = View { season: 0.8, ..here };
+    let mut moved = here;
+    moved.camera.eye.x += 0.5;
+    for (what, forest, view) in
+        [("one tree less", &fewer, &here), ("later", &forest, &later), ("moved", &forest, &moved)]
+    {
+        let failed = at(false).check("glade", SIZE, &paint_still(&trees, forest, view), tolerance);
+        assert!(matches!(failed, Err(Mismatch::Different { .. })), "{what}: {failed:?}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
