@@ -320,7 +320,7 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         "\n(b) {} leaves in the air, compute; medians (quartiles) of {} frames, ms",
         count, args.frames
     );
-    println!("copy of 32 bytes a leaf, GPU clock       {}", many.copy_ms);
+    println!("copy of 32 bytes a leaf, wall clock      {}", many.copy_ms);
     println!(
         "pose pass, GPU clock                     {}   {:.2} x copy",
         many.pose_ms, many.pose_over_copy
