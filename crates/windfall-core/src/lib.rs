@@ -15,6 +15,7 @@
 //! | [`flight`] | flight simulation: where built-in paths come from |
 //! | [`wind`] | wind whose displacement is known in closed form |
 //! | [`shed`] | when leaves detach |
+//! | [`simplify`] | how many leaves of a distant tree are drawn, and what makes up for the others |
 //! | [`rng`] | the counter-based hash shared with the shaders |
 #![deny(missing_docs)]
 
@@ -25,6 +26,7 @@ pub mod forest;
 pub mod path;
 pub mod rng;
 pub mod shed;
+pub mod simplify;
 pub mod tree;
 pub mod wind;
 

@@ -1,0 +1,228 @@
+//! The level of detail of one tree: equations 1 to 6.
+
+use super::{FadeRange, Reduction, Simplification};
+
+/// How a tree is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Level {
+    /// Share of the leaves that the tree is drawn with, above 0, at most 1.
+    pub lambda: f32,
+    /// Half the range of ranks over which leaves fade.
+    pub radius: f32,
+    /// Factor on a leaf's length, at least 1: `√s`.
+    pub growth: f32,
+    /// `α`, what is left of the contrast: `√λ`.
+    pub contrast: f32,
+}
+
+impl Level {
+    /// A tree in full.
+    pub const FULL: Self = Self { lambda: 1.0, radius: 0.0, growth: 1.0, contrast: 1.0 };
+}
+
+/// What a level depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// From the camera to the tree's centre, metres.
+    pub distance: f32,
+    /// Pixels that a metre covers at a distance of one metre.
+    pub pixels: f32,
+    /// Radius of the tree's bounding sphere, metres.
+    pub radius: f32,
+    /// Length of a leaf of the tree, metres.
+    pub leaf_length: f32,
+    /// `r` of equation 3: the mean visible area of a leaf over that of the crown, `0..1`.
+    pub visible_share: f32,
+}
+
+impl Simplification {
+    /// The share of its size at which a tree is seen, at most 1.
+    pub fn reduced_area(&self, seen: &Seen) -> f32 {
+        let distance = seen.distance.max(1e-3);
+        let b = match self.reduction {
+            Reduction::Distance { d0 } => (d0 / distance).powi(2),
+            Reduction::ProjectedArea { b0 } => {
+                std::f32::consts::PI * (seen.radius * seen.pixels / distance).powi(2) / b0
+            }
+        };
+        b.min(1.0)
+    }
+
+    /// `log_h ½`, the exponent of equation 2: 0 for `h = 0`.
+    pub fn exponent(&self) -> f32 {
+        if self.h <= 0.0 { 0.0 } else { 0.5f32.ln() / self.h.min(0.999).ln() }
+    }
+
+    /// How a tree is drawn that is seen so.
+    pub fn level(&self, seen: &Seen) -> Level {
+        let wanted = self.reduced_area(seen).powf(self.exponent());
+        if wanted >= 1.0 {
+            return Level::FULL;
+        }
+        let mut lambda = wanted;
+        let mut growth = 1.0;
+        if self.area_preservation {
+            let size = seen.leaf_length * seen.pixels / seen.distance.max(1e-3);
+            let most = self.growth.factor.max(self.growth.pixels / size.max(1e-9)).max(1.0);
+            lambda = wanted.max(share_for(most * most, seen.visible_share)).min(1.0);
+            growth = area_scale(lambda, seen.visible_share).sqrt().min(most);
+        }
+        Level { lambda, radius: self.radius(lambda), growth, contrast: lambda.sqrt() }
+    }
+
+    /// `R` for a level of detail.
+    pub fn radius(&self, lambda: f32) -> f32 {
+        let radius = match self.fade.range {
+            FadeRange::Constant(c) => c,
+            FadeRange::Linear(c) => c * (1.0 - lambda),
+            FadeRange::Quadratic(c) => c * (1.0 - lambda) * (1.0 - lambda),
+            FadeRange::Proportional(c) => c * lambda,
+        };
+        if self.fade.full_at_one { radius.min(1.0 - lambda) } else { radius }
+    }
+
+    /// Share of the leaves that are drawn at all, at most 1: those that are partly faded included.
+    pub fn drawn(&self, level: &Level) -> f32 {
+        let beyond = if self.fade.early { 0.0 } else { level.radius };
+        (level.lambda + beyond).min(1.0)
+    }
+
+    /// How much of a leaf is seen, `0..=1`, by its rank, `0..1` (SFS, equation 6).
+    pub fn visible(&self, level: &Level, rank: f32) -> f32 {
+        let last = level.lambda + if self.fade.early { 0.0 } else { level.radius };
+        let f = if level.radius > 0.0 {
+            ((last - rank) / (2.0 * level.radius)).clamp(0.0, 1.0)
+        } else if rank < last {
+            1.0
+        } else {
+            0.0
+        };
+        if self.fade.smooth { f * f * (3.0 - 2.0 * f) } else { f }
+    }
+}
+
+/// `s` of equation 3: the factor on the area of those that are left when `lambda` of them are, each
+/// of which shows the share `r` of the whole's visible area. 1 for `λ = 1`; at most `1/r`.
+pub fn area_scale(lambda: f32, r: f32) -> f32 {
+    let (lambda, r) = (f64::from(lambda), f64::from(r.clamp(1e-9, 0.999)));
+    (-((-r).ln_1p() / lambda).exp_m1() / r) as f32
+}
+
+/// The `λ` at which [`area_scale`] is `s`, at most 1; 0 where it never is.
+pub fn share_for(s: f32, r: f32) -> f32 {
+    let (s, r) = (f64::from(s), f64::from(r.clamp(1e-9, 0.999)));
+    if s * r >= 1.0 {
+        return 0.0;
+    }
+    ((-r).ln_1p() / (-r * s).ln_1p()).min(1.0) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Fade, Growth};
+    use super::*;
+
+    fn seen(distance: f32) -> Seen {
+        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, visible_share: 1e-4 }
+    }
+
+    fn paper(h: f32) -> Simplification {
+        Simplification {
+            reduction: Reduction::Distance { d0: 20.0 },
+            h,
+            growth: Growth::UNBOUNDED,
+            ..Simplification::default()
+        }
+    }
+
+    #[test]
+    fn h_is_the_reduction_at_which_half_of_the_leaves_are_drawn() {
+        for h in [0.2, 0.5, 0.7, 0.9] {
+            // b = (20/d)² = h.
+            let level = paper(h).level(&seen(20.0 / h.sqrt()));
+            assert!((level.lambda - 0.5).abs() < 1e-4, "{h}: {level:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_simplified_within_d0_nor_at_h_0() {
+        assert_eq!(paper(0.7).level(&seen(20.0)), Level::FULL);
+        assert_eq!(paper(0.7).level(&seen(0.0)), Level::FULL);
+        assert_eq!(paper(0.0).level(&seen(1e5)), Level::FULL);
+        assert!(paper(0.7).level(&seen(20.01)).lambda < 1.0);
+    }
+
+    #[test]
+    fn a_half_gives_the_reduction_itself() {
+        let level = paper(0.5).level(&seen(80.0));
+        assert!((level.lambda - 1.0 / 16.0).abs() < 1e-6, "{level:?}");
+        assert!((level.contrast - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn visible_area_is_preserved() {
+        // Elements that cover r of the whole at random leave (1-r)^N of it uncovered; a share λ of
+        // them, s as large, must leave as much: (1 - s r)^(λ N) = (1 - r)^N.
+        for r in [1e-5, 1e-3, 0.05] {
+            for lambda in [1.0, 0.5, 0.06, 0.01] {
+                let s = f64::from(area_scale(lambda, r));
+                let r = f64::from(r);
+                let kept = (-s * r).ln_1p() * f64::from(lambda);
+                assert!((kept / (-r).ln_1p() - 1.0).abs() < 1e-3, "{r} {lambda}: {s}");
+                assert!((share_for(s as f32, r as f32) / lambda - 1.0).abs() < 1e-3);
+            }
+        }
+        assert!((area_scale(1.0, 1e-4) - 1.0).abs() < 1e-6);
+        assert_eq!(share_for(1000.0, 0.01), 0.0);
+    }
+
+    #[test]
+    fn growth_is_bounded_by_drawing_more_leaves() {
+        let mut s = Simplification { growth: Growth { factor: 2.0, pixels: 4.0 }, ..paper(0.5) };
+        // At 80 m a leaf of 8 cm is 0.6 pixels: it may grow to four, and needs a factor of 4 only.
+        let far = s.level(&seen(80.0));
+        assert!((far.lambda - 1.0 / 16.0).abs() < 1e-6 && far.growth > 3.9, "{far:?}");
+        // At full detail up to 1 m, a leaf at 10 m is 4.8 pixels: it may grow by 2.
+        s.reduction = Reduction::Distance { d0: 1.0 };
+        let near = s.level(&seen(10.0));
+        assert!((near.growth - 2.0).abs() < 1e-3 && near.lambda > 0.2, "{near:?}");
+    }
+
+    #[test]
+    fn the_sum_of_what_is_seen_is_lambda() {
+        let n = 10_000;
+        let ranges = [
+            FadeRange::Constant(0.1),
+            FadeRange::Linear(0.1),
+            FadeRange::Quadratic(0.1),
+            FadeRange::Proportional(0.3),
+        ];
+        for range in ranges {
+            for smooth in [false, true] {
+                let fade = Fade { range, smooth, ..Fade::default() };
+                let s = Simplification { fade, ..paper(0.5) };
+                // From b = 1/4 on, no range is cut off at either end.
+                for distance in [25.0, 30.0, 40.0] {
+                    let level = s.level(&seen(distance));
+                    let sum: f32 = (0..n).map(|i| s.visible(&level, i as f32 / n as f32)).sum();
+                    let share = sum / n as f32;
+                    assert!((share - level.lambda).abs() < 2e-3, "{fade:?} {level:?}: {share}");
+                    let beyond = s.drawn(&level) + 1e-6;
+                    assert_eq!(s.visible(&level, beyond), 0.0);
+                }
+            }
+        }
+        let full = Simplification::default().visible(&Level::FULL, 0.999_999);
+        assert_eq!(full, 1.0);
+    }
+
+    #[test]
+    fn early_fades_are_gone_at_lambda() {
+        let fade = Fade { early: true, ..Fade::default() };
+        let s = Simplification { fade, ..paper(0.5) };
+        let level = s.level(&seen(40.0));
+        assert_eq!(s.visible(&level, level.lambda), 0.0);
+        assert_eq!(s.drawn(&level), level.lambda);
+        assert!(s.visible(&level, level.lambda - 2.0 * level.radius) >= 1.0 - 1e-5);
+    }
+}
