@@ -24,19 +24,35 @@ struct Varyings {
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
+    // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity.
+    @location(7) @interpolate(flat) contrast_seen: vec2<f32>,
 }
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
+// Frame.show: how far trees are simplified.
+const SHOW_DETAIL: u32 = 2u;
 
-@vertex
-fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
+// How much of a leaf is seen (SFS, equation 6): the twin of windfall_core::simplify.
+fn leaf_seen(tree: Tree, leaf: u32) -> f32 {
+    let rank = f32(leaf) / f32(model.leaf_count);
+    let seen = clamp((tree.fade_growth.x - rank) * tree.fade_growth.y, 0.0, 1.0);
+    return select(seen, seen * seen * (3.0 - 2.0 * seen), frame.fade_smooth == 1u);
+}
+
+// Full at 1, halves at each step of the colours red, yellow, green, cyan, blue.
+fn detail_color(lambda: f32) -> vec3<f32> {
+    let x = clamp(-log2(max(lambda, 1e-6)) / 8.0, 0.0, 1.0) * 4.0;
+    return clamp(vec3(2.0 - x, min(x, 4.0 - x), x - 2.0), vec3(0.0), vec3(1.0)) * 0.5;
+}
+
+fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
-    if (in.material_shed & 0xffffffu) < tree.seed_detached.y {
-        return out; // in the air or on the ground
+    if seen <= 0.0 || (in.material_shed & 0xffffffu) < tree.seed_detached.y {
+        return out; // simplified away, or in the air or on the ground
     }
-    out.world = world_from_tree(tree, in.center + in.offset_ambient.xyz);
+    out.world = world_from_tree(tree, in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size));
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.normal = turn(tree, in.normal.xyz);
     out.bent_normal = turn(tree, in.bent_normal.xyz);
@@ -49,10 +65,29 @@ fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
         let i = min(u32(x), model.palette_count - 2u);
         out.color *= mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
     }
+    // SFS, equation 4.
+    out.color = mix(tree.mean_contrast.rgb, out.color, tree.mean_contrast.w);
+    if frame.show == SHOW_DETAIL {
+        out.color = detail_color(tree.turn_season.w);
+    }
     out.material = in.material_shed >> 24u;
     let inside = length((in.center - model.crown_center) / model.crown_extent);
     out.ambient = in.offset_ambient.w * crown_ambient(inside);
+    out.contrast_seen = vec2(tree.fade_growth.w, seen);
     return out;
+}
+
+// Leaves fade by size: by the root of what is seen, which is an area.
+@vertex
+fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
+    let seen = leaf_seen(tree, in.leaf);
+    return hanging(in, tree, sqrt(seen), seen);
+}
+
+// Leaves fade by opacity.
+@vertex
+fn opaque_vertex(in: LeafVertex, tree: Tree) -> Varyings {
+    return hanging(in, tree, 1.0, leaf_seen(tree, in.leaf));
 }
 
 // A leaf in the air or on the ground: the shape's vertices, and one LooseLeaf per instance.
@@ -83,6 +118,7 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     out.color = color.rgb * color.rgb * 2.0;
     out.material = look & 0xffu;
     out.ambient = color.w;
+    out.contrast_seen = vec2(1.0);
     return out;
 }
 
@@ -99,6 +135,11 @@ fn loose(in: LooseVertex) -> Varyings {
     return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
 }
 
+// A cosine drawn towards its mean (SFS, 4.3.2), on the side of the leaf where it is.
+fn less_contrast(cosine: f32, contrast: f32) -> f32 {
+    return mix(frame.mean_cosine, abs(cosine), contrast) * select(-1.0, 1.0, cosine >= 0.0);
+}
+
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
 fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let view = normalize(frame.eye - in.world);
@@ -109,7 +150,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
     let reach = sun_visibility(in.world, 2.5) * mix(0.7, 1.0, in.ambient);
-    let facing = dot(normal, sun);
+    let facing = less_contrast(dot(normal, sun), in.contrast_seen.x);
     let volume = max(dot(bent, sun), 0.0);
     let reflected = mix(max(facing, 0.0), volume, 0.35);
     // Transmitted light is more saturated: it passed the pigments once more.
@@ -123,6 +164,10 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
 
 @fragment
 fn solid(in: Varyings) -> @location(0) vec4<f32> {
+    return solid_color(in);
+}
+
+fn solid_color(in: Varyings) -> vec4<f32> {
     let surface = surfaces[in.material];
     var albedo = tinted(in.color, surface);
     if surface.layer >= 0 {
@@ -161,6 +206,14 @@ fn masked_shadow(in: Varyings) {
 
 @fragment
 fn masked(in: Varyings) -> @location(0) vec4<f32> {
+    let color = masked_color(in);
+    if color.a <= 0.0 {
+        discard;
+    }
+    return color;
+}
+
+fn masked_color(in: Varyings) -> vec4<f32> {
     let surface = surfaces[in.material];
     var texel = vec4(tinted(in.color, surface), 1.0);
     if surface.layer >= 0 {
@@ -169,8 +222,38 @@ fn masked(in: Varyings) -> @location(0) vec4<f32> {
     // The hole's edge one pixel wide, so that coverage gives it as many steps as there are samples.
     let width = max(fwidth(texel.a), 1e-3);
     let alpha = select(1.0, clamp((texel.a - 0.5) / width + 0.5, 0.0, 1.0), surface.masked == 1u);
-    if alpha <= 0.0 {
+    return vec4(through_air(leaf_radiance(in, texel.rgb), in.world), alpha);
+}
+
+struct Faded {
+    @location(0) color: vec4<f32>,
+    @builtin(sample_mask) samples: u32,
+}
+
+// A hashed share of the samples, the same whatever is drawn first or behind.
+fn seen_samples(in: Varyings) -> u32 {
+    let key = hash(hash(bitcast<u32>(in.world.x), bitcast<u32>(in.world.y)), bitcast<u32>(in.world.z));
+    let count = u32(in.contrast_seen.y * 4.0 + unit(key));
+    let turned = ((1u << count) - 1u) << (hash(key, 1u) & 3u);
+    return (turned | (turned >> 4u)) & 15u;
+}
+
+@fragment
+fn solid_fade(in: Varyings) -> Faded {
+    return Faded(solid_color(in), seen_samples(in));
+}
+
+@fragment
+fn masked_fade(in: Varyings) -> Faded {
+    return Faded(masked_color(in), seen_samples(in));
+}
+
+@fragment
+fn fade_shadow(in: Varyings) {
+    let surface = surfaces[in.material];
+    let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
+    let hole = surface.masked == 1u && surface.layer >= 0 && alpha < 0.5;
+    if hole || (seen_samples(in) & 1u) == 0u {
         discard;
     }
-    return vec4(through_air(leaf_radiance(in, texel.rgb), in.world), alpha);
 }

@@ -1,7 +1,8 @@
 //! Pictures and counts back from the GPU, without blocking.
 
-use crate::GpuForest;
+use crate::cull;
 use crate::falls::TALLIES;
+use crate::forest::{GpuForest, TreeCounts};
 use std::sync::{Arc, Mutex};
 
 /// A copy on its way to the CPU.
@@ -105,7 +106,8 @@ impl Capture {
     }
 }
 
-/// Where the leaves of a frame were.
+/// Where the leaves of a frame were, and which trees were drawn; 0 for what the strategies without
+/// compute count on the CPU.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LeafCounts {
     /// Leaves in the air.
@@ -116,8 +118,8 @@ pub struct LeafCounts {
     pub landed: u32,
     /// Leaves on the ground that were in view and drawn.
     pub landed_drawn: u32,
-    /// Leaves on the twigs of the visible trees, drawn.
-    pub hanging_drawn: u32,
+    /// The trees.
+    pub trees: TreeCounts,
 }
 
 /// A frame's [`LeafCounts`] on their way to the CPU; used as [`Capture`] is.
@@ -132,10 +134,15 @@ impl CountLeaves {
         encoder: &mut wgpu::CommandEncoder,
         forest: &GpuForest,
     ) -> Self {
-        let size = TALLIES as u64 * 4;
-        let readback = Readback::new(device, size);
+        let leaves = TALLIES as u64 * 4;
+        let trees = cull::TALLIES * 4;
+        let readback = Readback::new(device, leaves + trees);
+        let to = &readback.buffer;
         let first = forest.falls.bins.len() as u64 * 20;
-        encoder.copy_buffer_to_buffer(&forest.falls.counters, first, &readback.buffer, 0, size);
+        encoder.copy_buffer_to_buffer(&forest.falls.counters, first, to, 0, leaves);
+        let lists = &forest.lists;
+        let first = lists.tallies_offset();
+        encoder.copy_buffer_to_buffer(&lists.arguments, first, to, leaves, trees);
         Self { readback }
     }
 
@@ -157,7 +164,10 @@ impl CountLeaves {
                 falling_drawn: tally(1),
                 landed: tally(2),
                 landed_drawn: tally(3),
-                hanging_drawn: tally(4),
+                trees: TreeCounts::of(std::array::from_fn(|i| {
+                    let at = TALLIES + 2 * i;
+                    u64::from(tally(at)) | u64::from(tally(at + 1)) << 32
+                })),
             }
         })
     }

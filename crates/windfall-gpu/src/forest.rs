@@ -1,61 +1,38 @@
 //! A forest in the GPU's memory.
 
+use crate::cull::{CpuList, Trees, mean_color};
 use crate::falls::{Falls, GpuFalls};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
+use crate::pass::cull::GpuLists;
 use crate::pass::ground::GroundMesh;
-use crate::pass::shadow::{CASCADES, Volume};
 use crate::renderer::Renderer;
-use crate::shared::{Model, TreeInstance};
+use crate::shared::{Model, TreeList, TreeRecord};
 use crate::strategy::Strategy;
-use glam::Vec3;
+use crate::view::View;
 use std::sync::Mutex;
-use windfall_core::forest::{Forest, Instance};
-use windfall_core::shed::{Shedding, TreeShedding};
+use windfall_core::forest::Forest;
+use windfall_core::shed::Shedding;
+use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
 
 /// [`TreeInstance`] as a vertex buffer.
-pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
-    wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Uint32x2];
-
-fn tree_instance(instance: &Instance, shed: &TreeShedding) -> TreeInstance {
-    let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
-    TreeInstance {
-        position: instance.position,
-        scale: instance.scale,
-        cos_yaw,
-        sin_yaw,
-        season_offset: instance.season_offset,
-        lambda: 1.0,
-        seed: instance.seed,
-        detached: 0,
-        delay: shed.delay,
-        gust_phase: shed.gust_phase,
-        leaf_count: shed.leaves,
-        padding0: 0,
-        padding1: 0,
-        padding2: 0,
-    }
-}
-
-/// Trees of one model that are drawn in a frame: a range of the instance buffer.
-pub(crate) type Visible = std::ops::Range<u32>;
+pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
+    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x2
+];
 
 /// A forest uploaded once and drawn in many frames.
 pub struct GpuForest {
     pub(crate) models: Vec<GpuModel>,
     pub(crate) ground: GroundMesh,
-    pub(crate) instances: wgpu::Buffer,
+    pub(crate) trees: Trees,
+    pub(crate) lists: GpuLists,
     pub(crate) falls: GpuFalls,
     /// The leaves of a strategy without compute; `falls` is then empty.
     pub(crate) listed: Option<Mutex<ListedFalls>>,
     shedding: Shedding,
     gust_rate: f32,
-    pub(crate) detach_group: wgpu::BindGroup,
-    /// Trees by model, with their bounding spheres.
-    trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
-    wood_triangles: Vec<u64>,
-    leaf_triangles: Vec<u64>,
+    totals: FrameStats,
 }
 
 /// What a frame held and drew.
@@ -63,19 +40,12 @@ pub struct GpuForest {
 pub struct FrameStats {
     /// Trees of the forest.
     pub trees: u64,
-    /// Trees whose bounding sphere touches the view.
-    pub trees_visible: u64,
     /// Leaves of all trees.
     pub leaves_total: u64,
-    /// Leaves of the visible trees, wherever they are.
-    pub leaves_visible: u64,
     /// Triangles of all trees, unsimplified.
     pub triangles_full: u64,
-    /// Triangles of the trees in view.
-    pub triangles_drawn: u64,
-    /// Leaves on the twigs of the visible trees; 0 for [`Strategy::Compute`], which counts on the
-    /// GPU.
-    pub leaves_hanging: u64,
+    /// What was drawn; 0 for [`Strategy::Compute`], which counts on the GPU.
+    pub drawn: TreeCounts,
     /// Leaves in the air; 0 for [`Strategy::Compute`], which counts on the GPU.
     pub leaves_falling: u64,
     /// Leaves on the ground; 0 for [`Strategy::Compute`].
@@ -85,6 +55,35 @@ pub struct FrameStats {
     /// Leaves looked at in this frame to see whether they have landed; 0 for
     /// [`Strategy::Compute`].
     pub leaves_checked: u64,
+}
+
+/// The trees of a frame, as they were drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct TreeCounts {
+    /// Trees in view.
+    pub visible: u64,
+    /// Their leaves, wherever they are.
+    pub leaves: u64,
+    /// `Σ λN` over them.
+    pub leaves_by_lambda: u64,
+    /// Leaves drawn on their twigs. Exact for trees in full; of simplified ones the expected number,
+    /// since prune order and shed order do not depend on each other.
+    pub leaves_hanging: u64,
+    /// Triangles of wood and leaves that were drawn, those of leaves that have left their twigs
+    /// included.
+    pub triangles: u64,
+}
+
+impl TreeCounts {
+    /// Leaves drawn over leaves of the trees in view; 1 where there are none.
+    pub fn lambda_total(&self) -> f64 {
+        if self.leaves == 0 { 1.0 } else { self.leaves_by_lambda as f64 / self.leaves as f64 }
+    }
+
+    pub(crate) fn of(tallies: [u64; 5]) -> Self {
+        let [visible, leaves, leaves_by_lambda, leaves_hanging, triangles] = tallies;
+        Self { visible, leaves, leaves_by_lambda, leaves_hanging, triangles }
+    }
 }
 
 impl GpuForest {
@@ -120,28 +119,6 @@ impl GpuForest {
             .iter()
             .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
             .collect();
-        let mut by_model: Vec<Vec<(TreeInstance, Vec3, f32)>> = vec![Vec::new(); models.len()];
-        for instance in &forest.instances {
-            let model = &models[instance.model as usize];
-            by_model[instance.model as usize].push((
-                tree_instance(
-                    instance,
-                    &falls.shedding.tree(instance, model.leaf_count, &falls.wind),
-                ),
-                instance.world_from_tree(model.center),
-                model.radius * instance.scale,
-            ));
-        }
-        let instances = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("visible trees"),
-            // Once for the view and once for each shadow map.
-            size: (forest.instances.len().max(1) * size_of::<TreeInstance>() * (1 + CASCADES))
-                as u64,
-            usage: wgpu::BufferUsages::VERTEX
-                | wgpu::BufferUsages::STORAGE
-                | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
         let listed = (falls.strategy != Strategy::Compute).then(|| {
@@ -149,76 +126,49 @@ impl GpuForest {
             ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
         });
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
+        let fall_settings = falls;
         let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, on_gpu);
-        let detach_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("detach"),
-            layout: &renderer.falls.detach_layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: falls.uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: instances.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 2, resource: falls.counters.as_entire_binding() },
-            ],
-        });
+        let gpu_trees = Trees::new(&models, forest, fall_settings);
+        let lists = renderer.cull.lists(device, &gpu_trees, &uniforms, &falls.uniform);
+        let mut totals = FrameStats::default();
+        for instance in &forest.instances {
+            let tree = &trees[instance.model as usize];
+            totals.trees += 1;
+            totals.leaves_total += tree.foliage.leaves.len() as u64;
+            totals.triangles_full +=
+                (tree.wood_triangles() + tree.foliage.triangle_count()) as u64;
+        }
         Self {
             falls,
             listed: listed.map(Mutex::new),
             shedding,
             gust_rate,
-            detach_group,
             ground: GroundMesh::new(device, &forest.terrain),
-            instances,
-            trees: by_model,
-            wood_triangles: trees.iter().map(|t| t.wood_triangles() as u64).collect(),
-            leaf_triangles: trees.iter().map(|t| t.foliage.triangle_count() as u64).collect(),
+            trees: gpu_trees,
+            lists,
+            totals,
             models,
         }
     }
 
-    /// Appends the trees that a volume holds to `trees`; per model their range. How many leaves
-    /// have left them by `time` is found here where no compute pass does it.
-    pub(crate) fn cull(
+    /// Numbers that do not change from frame to frame; the others are 0.
+    pub(crate) fn stats(&self) -> FrameStats {
+        self.totals
+    }
+
+    /// Makes a list on the CPU.
+    pub(crate) fn list_on_cpu(
         &self,
-        volume: &Volume<'_>,
-        time: f32,
-        trees: &mut Vec<TreeInstance>,
-    ) -> Vec<Visible> {
-        let ranges = self.trees.iter().map(|model| {
-            let first = trees.len() as u32;
-            let inside = model.iter().filter(|(_, center, radius)| volume.holds(*center, *radius));
-            trees.extend(inside.map(|tree| match self.listed {
-                Some(_) => TreeInstance { detached: self.detached(&tree.0, time), ..tree.0 },
-                None => tree.0,
-            }));
-            first..trees.len() as u32
-        });
-        ranges.collect()
-    }
-
-    /// What a frame holds that draws these trees.
-    pub(crate) fn stats(&self, visible: &[Visible]) -> FrameStats {
-        let mut stats = FrameStats::default();
-        for (m, (trees, range)) in self.trees.iter().zip(visible).enumerate() {
-            let (all, drawn) = (trees.len() as u64, range.len() as u64);
-            let leaves = u64::from(self.models[m].leaf_count);
-            let triangles = self.wood_triangles[m] + self.leaf_triangles[m];
-            stats.trees += all;
-            stats.trees_visible += drawn;
-            stats.leaves_total += all * leaves;
-            stats.leaves_visible += drawn * leaves;
-            stats.triangles_full += all * triangles;
-            stats.triangles_drawn += drawn * triangles;
-        }
-        stats
-    }
-
-    /// Leaves that have left a tree by `time`.
-    fn detached(&self, tree: &TreeInstance, time: f32) -> u32 {
-        let tree = TreeShedding {
-            delay: tree.delay,
-            gust_phase: tree.gust_phase,
-            seed: tree.seed,
-            leaves: tree.leaf_count,
+        list: &TreeList,
+        detail: &Simplification,
+        view: &View,
+    ) -> CpuList {
+        let season = |model: usize, tree: &TreeRecord| {
+            mean_color(&self.models[model].uniform, view.season, tree.season_offset)
         };
-        self.shedding.detached(&tree, self.gust_rate, time)
+        let detached = |tree: &TreeRecord, leaves: u32| {
+            tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
+        };
+        self.trees.list_on_cpu(list, detail, season, detached)
     }
 }

@@ -7,6 +7,7 @@
 
 mod arena;
 mod capture;
+mod cull;
 mod falls;
 mod forest;
 mod listed;
@@ -22,10 +23,10 @@ mod view;
 
 pub use capture::{Capture, CountLeaves, LeafCounts};
 pub use falls::Falls;
-pub use forest::{FrameStats, GpuForest};
+pub use forest::{FrameStats, GpuForest, TreeCounts};
 pub use model::model_bytes;
 pub use renderer::{Canvas, Renderer, Target};
 pub use strategy::{Elimination, Strategy, UnknownName};
-pub use view::{Camera, Show, Sky, View};
+pub use view::{Camera, Culling, Show, Sky, View};
 pub use wgpu;
 pub use wgpu_profiler;

@@ -1,6 +1,7 @@
 //! One tree model on the GPU.
 
-use crate::shared::{Model, Surface};
+use crate::cull::{PartDraw, leaf_parts, wood_parts};
+use crate::shared::{Crown, Model, Surface};
 use crate::texture::TextureArray;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
@@ -50,7 +51,6 @@ impl WoodVertex {
 pub(crate) struct Part {
     pub vertices: wgpu::Buffer,
     pub indices: wgpu::Buffer,
-    pub index_count: u32,
     pub bind_group: wgpu::BindGroup,
     /// Whether some texel of it is a hole.
     pub masked: bool,
@@ -61,9 +61,11 @@ pub(crate) struct GpuModel {
     pub wood: Part,
     pub leaves: Part,
     pub leaf_count: u32,
-    /// Sphere around the whole model, about `center`.
-    pub center: Vec3,
-    pub radius: f32,
+    /// What the leaves are drawn in, in prune order, and the levels of the wood.
+    pub leaf_parts: Vec<PartDraw>,
+    pub wood_parts: Vec<PartDraw>,
+    /// What the simplification of its trees depends on; places and draws are not filled in.
+    pub crown: Crown,
     pub uniform: Model,
 }
 
@@ -107,8 +109,7 @@ impl GpuModel {
         layout: &wgpu::BindGroupLayout,
         tree: &Tree,
     ) -> Self {
-        let (low, high) = tree.bounds();
-        let (leaf_vertices, leaf_indices) = leaf_mesh(tree);
+        let (leaf_vertices, leaf_indices, leaf_starts) = leaf_mesh(tree);
         let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
         let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
         let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
@@ -134,10 +135,12 @@ impl GpuModel {
             &tree.foliage.materials,
             &leaf_textures,
         );
+        let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         Self {
             leaf_count: tree.foliage.leaves.len() as u32,
-            center: (low + high) * 0.5,
-            radius: (high - low).length() * 0.5,
+            leaf_parts: leaf_parts(&leaf_starts),
+            wood_parts: wood_parts(&[(0, tree.wood.indices.len() as u32)], first_instance),
+            crown: crown(tree),
             wood,
             leaves,
             uniform,
@@ -198,7 +201,6 @@ fn part(
     Part {
         vertices: init("vertices", vertices, wgpu::BufferUsages::VERTEX),
         indices: init("indices", bytemuck::cast_slice(indices), wgpu::BufferUsages::INDEX),
-        index_count: indices.len() as u32,
         bind_group,
         masked: materials.iter().any(|m| m.alpha_cutoff.is_some()),
     }
@@ -271,14 +273,33 @@ fn wood_vertex(vertex: &tree::WoodVertex) -> WoodVertex {
     }
 }
 
-/// The leaves as one mesh in prune order.
-fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>) {
+fn crown(tree: &Tree) -> Crown {
+    let (low, high) = tree.bounds();
+    let foliage = &tree.foliage;
+    let lengths = foliage.leaves.iter().map(|l| l.scale * foliage.shapes[l.shape as usize].radius());
+    let share = foliage.visible_share.clamp(1e-9, 0.999);
+    Crown {
+        center: (low + high) * 0.5,
+        radius: (high - low).length() * 0.5,
+        half_size: (high - low) * 0.5,
+        leaf_length: 2.0 * lengths.sum::<f32>() / foliage.leaves.len().max(1) as f32,
+        visible_share: share,
+        log_hidden: (-share).ln_1p(),
+        leaf_count: foliage.leaves.len() as u32,
+        ..Crown::zeroed()
+    }
+}
+
+/// The leaves as one mesh in prune order, and the first index of each leaf and their number.
+fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>, Vec<u32>) {
     let foliage = &tree.foliage;
     let mut vertices = Vec::with_capacity(foliage.vertex_count());
     let mut indices = Vec::with_capacity(foliage.triangle_count() * 3);
+    let mut starts = Vec::with_capacity(foliage.leaves.len() + 1);
     for (i, leaf) in foliage.leaves.iter().enumerate() {
         let shape = &foliage.shapes[leaf.shape as usize];
         let first = vertices.len() as u32;
+        starts.push(indices.len() as u32);
         indices.extend(shape.indices.iter().map(|&index| first + index));
         let bent_normal = snorm(leaf.bent_normal);
         for ((&position, &normal), &uv) in
@@ -296,5 +317,6 @@ fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>) {
             });
         }
     }
-    (vertices, indices)
+    starts.push(indices.len() as u32);
+    (vertices, indices, starts)
 }

@@ -1,15 +1,19 @@
 //! The renderer: a plain ordered list of passes.
 
-use crate::forest::{FrameStats, GpuForest, Visible};
+use crate::cull::{CpuList, LISTS};
+use crate::forest::{FrameStats, GpuForest, TreeCounts};
 use crate::model::part_layout;
-use crate::pass::shadow::{self, CASCADES, Shadows, Volume};
+use crate::pass::hiz::Pyramid;
+use crate::pass::shadow::{self, CASCADES, Shadows};
 use crate::pass::{
-    DrawTarget, Falls, Ground, Leaves, ListedPasses, Shaders, SkyDome, ToneMap, Wood,
+    Cull, DrawTarget, Falls, Ground, HiZ, Leaves, ListedPasses, ListedTrees, Shaders, SkyDome,
+    ToneMap, Wood,
 };
-use crate::shared::{Frame, TreeInstance};
-use crate::view::View;
+use crate::shared::{CullFrame, Frame, TreeList};
+use crate::view::{Culling, View};
+use bytemuck::Zeroable;
 use std::sync::PoisonError;
-use wgpu_profiler::GpuProfiler;
+use wgpu_profiler::{GpuProfiler, OwningScope, Scope};
 use windfall_core::forest::Frustum;
 
 /// Samples per pixel.
@@ -25,6 +29,8 @@ pub struct Renderer {
     frame: FrameGroup,
     shadow_frames: [FrameGroup; CASCADES],
     shadows: Shadows,
+    hiz: HiZ,
+    pub(crate) cull: Cull,
     ground: Ground,
     wood: Wood,
     leaves: Leaves,
@@ -46,6 +52,7 @@ pub struct Canvas {
     height: u32,
     multisampled: wgpu::TextureView,
     depth: wgpu::TextureView,
+    pyramid: Pyramid,
     radiance: wgpu::TextureView,
     tone_map_group: wgpu::BindGroup,
 }
@@ -69,6 +76,55 @@ impl Canvas {
     pub fn height(&self) -> u32 {
         self.height
     }
+
+    /// Begins to draw radiance with depth: from nothing or over what is there; the last pass
+    /// resolves.
+    fn begin<'a>(
+        &self,
+        scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
+        label: &str,
+        first: bool,
+        last: bool,
+    ) -> OwningScope<'a, wgpu::RenderPass<'a>> {
+        let store = if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let color =
+            if first { wgpu::LoadOp::Clear(wgpu::Color::BLACK) } else { wgpu::LoadOp::Load };
+        let depth = if first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+        scope.scoped_render_pass(
+            label,
+            wgpu::RenderPassDescriptor {
+                label: Some(label),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &self.multisampled,
+                    depth_slice: None,
+                    resolve_target: last.then_some(&self.radiance),
+                    ops: wgpu::Operations { load: color, store },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &self.depth,
+                    depth_ops: Some(wgpu::Operations { load: depth, store }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            },
+        )
+    }
+}
+
+/// What the frame's lists of trees are of.
+fn tree_lists(
+    view: &View,
+    frame: &Frame,
+    cascades: &[shadow::Cascade; CASCADES],
+    height: u32,
+) -> [TreeList; LISTS] {
+    let mut lists = [TreeList::zeroed(); LISTS];
+    lists[0] = TreeList::new(frame.clip_from_world, view, height, &view.detail, view.culling);
+    for (list, cascade) in lists[1..].iter_mut().zip(cascades) {
+        let detail = &view.shadow_detail;
+        *list = TreeList::new(cascade.clip_from_world, view, height, detail, Culling::Sphere);
+    }
+    lists
 }
 
 impl Renderer {
@@ -133,7 +189,10 @@ impl Renderer {
         };
         let part_layout = part_layout(device);
         let shaders = Shaders { device, frame_layout: &frame_layout };
+        let hiz = HiZ::new(&shaders);
         Self {
+            cull: Cull::new(&shaders, &hiz),
+            hiz,
             ground: Ground::new(&shaders),
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
@@ -168,11 +227,13 @@ impl Renderer {
         };
         let none = wgpu::TextureUsages::empty();
         let radiance = texture("radiance", RADIANCE, 1, wgpu::TextureUsages::TEXTURE_BINDING);
+        let depth = texture("depth", DEPTH, SAMPLES, wgpu::TextureUsages::TEXTURE_BINDING);
         Canvas {
             width,
             height,
             multisampled: texture("multisampled radiance", RADIANCE, SAMPLES, none),
-            depth: texture("depth", DEPTH, SAMPLES, none),
+            pyramid: self.hiz.pyramid(device, &depth, (width, height)),
+            depth,
             tone_map_group: self.tone_map.bind_group(device, &radiance),
             radiance,
         }
@@ -196,30 +257,38 @@ impl Renderer {
         shadow::describe(&mut frame, &cascades, view.shadows);
         queue.write_buffer(&self.frame.buffer, 0, bytemuck::bytes_of(&frame));
 
-        let mut trees = Vec::new();
-        let frustum = Frustum::new(frame.clip_from_world);
-        let visible = forest.cull(&Volume::View(&frustum), view.time, &mut trees);
-        let in_view = trees.len() as u32;
-        let mut stats = forest.stats(&visible);
-        let casters: Vec<Vec<Visible>> = if view.shadows {
-            cascades
-                .iter()
-                .map(|c| forest.cull(&Volume::Shadow(c), view.time, &mut trees))
-                .collect()
-        } else {
-            Vec::new()
-        };
         for (cascade, group) in cascades.iter().zip(&self.shadow_frames) {
-            queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&cascade.frame(&frame)));
+            let frame = cascade.frame(&frame, &view.shadow_detail);
+            queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&frame));
         }
-        queue.write_buffer(&forest.instances, 0, bytemuck::cast_slice(&trees));
-        if forest.listed.is_some() {
-            let hanging = |tree: &TreeInstance| u64::from(tree.leaf_count - tree.detached);
-            stats.leaves_hanging = trees[..in_view as usize].iter().map(hanging).sum();
+        let lists = tree_lists(view, &frame, &cascades, canvas.height);
+        let list_count = if view.shadows { LISTS } else { 1 };
+        let details = |i: usize| if i == 0 { &view.detail } else { &view.shadow_detail };
+        let mut stats = forest.stats();
+        let gpu = &forest.lists;
+        let on_cpu: Option<Vec<CpuList>> = forest.listed.is_some().then(|| {
+            let list = |i: usize| forest.list_on_cpu(&lists[i], details(i), view);
+            (0..list_count).map(list).collect()
+        });
+        if let Some(on_cpu) = &on_cpu {
+            let bytes = gpu.placed.size() / LISTS as u64;
+            for (i, list) in on_cpu.iter().enumerate() {
+                let placed: &[u8] = bytemuck::cast_slice(&list.placed);
+                queue.write_buffer(&gpu.placed, i as u64 * bytes, placed);
+            }
+            stats.drawn = TreeCounts::of(on_cpu[0].tallies);
+        } else {
+            let cull = CullFrame {
+                top_level: canvas.pyramid.top_level(),
+                ..forest.trees.frame(lists, view, (canvas.width, canvas.height))
+            };
+            queue.write_buffer(&gpu.uniform, 0, bytemuck::bytes_of(&cull));
+            encoder.clear_buffer(&gpu.arguments, gpu.tallies_offset(), None);
         }
-        let trees = trees.len() as u32;
+        let occlusion = view.culling == Culling::Occlusion && on_cpu.is_none();
+        let trees = |index: usize| ListedTrees { index, on_cpu: on_cpu.as_ref().map(|l| &l[index]) };
         let falls = &forest.falls;
-        let fall_frame = falls.frame(&frustum, view, in_view, trees);
+        let fall_frame = falls.frame(&Frustum::new(frame.clip_from_world), view, 0, 0);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
         encoder.copy_buffer_to_buffer(
             &falls.arguments,
@@ -245,9 +314,12 @@ impl Renderer {
         if let Some(listed) = &listed {
             self.listed.pose(&mut scope.scope("falls"), &self.frame.group, listed);
         } else {
-            let mut pass = scope.scoped_compute_pass("detach");
+            let mut pass = scope.scoped_compute_pass("cull");
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.falls.detach(&mut pass, &forest.detach_group, trees);
+            self.cull.make(&mut pass, gpu, &canvas.pyramid, list_count as u32);
+            drop(pass);
+            let mut pass = scope.scoped_compute_pass("find");
+            pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.find(&mut pass, falls);
             drop(pass);
             scope.recorder.copy_buffer_to_buffer(
@@ -262,7 +334,7 @@ impl Renderer {
             self.falls.land(&mut pass.scope("land"), falls);
             self.falls.pose(&mut pass.scope("pose"), falls);
         }
-        for (i, casters) in casters.iter().enumerate() {
+        for i in 0..list_count - 1 {
             let mut pass = scope.scoped_render_pass(
                 format!("shadow {i}"),
                 wgpu::RenderPassDescriptor {
@@ -279,8 +351,9 @@ impl Renderer {
                 },
             );
             pass.set_bind_group(0, &self.shadow_frames[i].group, &[]);
-            self.wood.draw_shadow(&mut pass, forest, casters);
-            self.leaves.draw_shadow(&mut pass, forest, casters);
+            let (casters, fade) = (trees(i + 1), view.shadow_detail.fade.by);
+            self.wood.draw(&mut pass, forest, casters, DrawTarget::Shadow);
+            self.leaves.draw(&mut pass, forest, casters, fade, DrawTarget::Shadow);
             // What lies or falls farther away is too small to shade anything.
             if i < 2 {
                 if let Some(listed) = &listed {
@@ -290,41 +363,50 @@ impl Renderer {
                 }
             }
         }
-        {
-            let mut pass = scope.scoped_render_pass(
-                "forest",
-                wgpu::RenderPassDescriptor {
-                    label: Some("forest"),
-                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                        view: &canvas.multisampled,
-                        depth_slice: None,
-                        resolve_target: Some(&canvas.radiance),
-                        ops: wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                            store: wgpu::StoreOp::Discard,
-                        },
-                    })],
-                    depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                        view: &canvas.depth,
-                        depth_ops: Some(wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(0.0),
-                            store: wgpu::StoreOp::Discard,
-                        }),
-                        stencil_ops: None,
-                    }),
-                    ..Default::default()
-                },
-            );
+        let fade = view.detail.fade.by;
+        if occlusion {
+            // What the frame before did not hide, and the ground, hide the rest of this frame.
+            {
+                let mut pass = canvas.begin(&mut scope, "visible before", true, false);
+                pass.set_bind_group(0, &self.frame.group, &[]);
+                self.wood.draw(&mut pass.scope("wood"), forest, trees(0), DrawTarget::Radiance);
+                self.leaves.draw(
+                    &mut pass.scope("leaves"),
+                    forest,
+                    trees(0),
+                    fade,
+                    DrawTarget::Radiance,
+                );
+                self.ground.draw(&mut pass.scope("ground"), &forest.ground);
+            }
+            let mut pass = scope.scoped_compute_pass("pyramid");
+            self.hiz.build(&mut pass, &canvas.pyramid);
+            drop(pass);
+            canvas.pyramid.remember(scope.recorder, &self.frame.buffer);
+            let mut pass = scope.scoped_compute_pass("cull again");
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.wood.draw(&mut pass.scope("wood"), forest, &visible);
-            self.leaves.draw(&mut pass.scope("leaves"), forest, &visible);
+            self.cull.make_hidden(&mut pass, gpu, &canvas.pyramid);
+        }
+        {
+            let mut pass = canvas.begin(&mut scope, "forest", !occlusion, true);
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            self.wood.draw(&mut pass.scope("wood"), forest, trees(0), DrawTarget::Radiance);
+            self.leaves.draw(
+                &mut pass.scope("leaves"),
+                forest,
+                trees(0),
+                fade,
+                DrawTarget::Radiance,
+            );
             if let Some(listed) = &listed {
                 let mut pass = pass.scope("loose leaves");
                 self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Radiance);
             } else {
                 self.falls.draw(&mut pass.scope("loose leaves"), forest);
             }
-            self.ground.draw(&mut pass.scope("ground"), &forest.ground);
+            if !occlusion {
+                self.ground.draw(&mut pass.scope("ground"), &forest.ground);
+            }
             self.sky.draw(&mut pass.scope("sky"));
         }
         let mut pass = scope.scoped_render_pass(

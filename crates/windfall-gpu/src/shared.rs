@@ -130,6 +130,133 @@ gpu_struct! {
         pub ground_bounce: Vec3,
         /// Rows.
         pub height: f32,
+        /// What colours mean: `windfall_gpu::Show` as a number.
+        pub show: u32,
+        /// 1 where leaves fade by easing in and out.
+        pub fade_smooth: u32,
+        /// The mean cosine towards which the shading of simplified trees draws together.
+        pub mean_cosine: f32,
+        /// Unused.
+        pub frame_padding: f32,
+    }
+}
+
+gpu_struct! {
+    /// A list of trees that is drawn: which belong to it, and how they are simplified. The twin of
+    /// `windfall_core::simplify::Simplification`.
+    pub struct TreeList {
+        /// Planes of the view or of the shadow map, normals inwards.
+        pub planes: [Vec4; 5],
+        /// Clip space of the view.
+        pub clip_from_world: Mat4,
+        /// Where distances are measured from, metres.
+        pub eye: Vec3,
+        /// Pixels that a metre covers at a distance of one metre.
+        pub pixels: f32,
+        /// `log_h 1/2`.
+        pub exponent: f32,
+        /// `d0²`, or `π/B0`.
+        pub reduction: f32,
+        /// 1 where the reduction is by projected area.
+        pub by_area: u32,
+        /// `FadeRange`: 0 constant, 1 linear, 2 quadratic, 3 proportional.
+        pub range_kind: u32,
+        /// Its constant.
+        pub range: f32,
+        /// `Growth::factor`, or -1 where leaves do not grow.
+        pub growth_factor: f32,
+        /// `Growth::pixels`.
+        pub growth_pixels: f32,
+        /// 1 where a tree in full has no faded leaves.
+        pub full_at_one: u32,
+        /// 1 where leaves are gone at rank λ.
+        pub early: u32,
+        /// 1 where colours draw together.
+        pub color_contrast: u32,
+        /// 1 where shading draws together.
+        pub shading_contrast: u32,
+        /// `Culling` as a number.
+        pub culling: u32,
+    }
+}
+
+gpu_struct! {
+    /// A frame's lists of trees, and the sizes of the tables behind them.
+    pub struct CullFrame {
+        /// The view, then the shadow maps.
+        pub lists: [TreeList; 4],
+        /// Near plane of the view, metres.
+        pub near: f32,
+        /// Width of the picture, pixels.
+        pub width: f32,
+        /// Height of the picture, pixels.
+        pub height: f32,
+        /// Places of trees: those of a model begin at a multiple of 64.
+        pub tree_count: u32,
+        /// Tree models.
+        pub model_count: u32,
+        /// Draws of a list.
+        pub draw_count: u32,
+        /// Level of the occlusion pyramid that is one texel.
+        pub top_level: u32,
+        /// Unused.
+        pub cull_padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// What the trees of one model have in common when lists are made.
+    pub struct Crown {
+        /// Centre of the bounding sphere in the tree, metres.
+        pub center: Vec3,
+        /// Its radius, metres.
+        pub radius: f32,
+        /// Half the bounding box about the same centre, metres.
+        pub half_size: Vec3,
+        /// Length of a leaf, metres.
+        pub leaf_length: f32,
+        /// `r`: the visible area of a leaf over that of the crown.
+        pub visible_share: f32,
+        /// `ln(1 - r)`.
+        pub log_hidden: f32,
+        /// Leaves of the model.
+        pub leaf_count: u32,
+        /// First of the model's places, a multiple of 64.
+        pub tree_first: u32,
+        /// First of its draws in a list.
+        pub draw_first: u32,
+        /// Its draws.
+        pub draw_count: u32,
+        /// Groups of 64 places.
+        pub block_count: u32,
+        /// Unused.
+        pub padding: u32,
+    }
+}
+
+gpu_struct! {
+    /// One tree of the forest.
+    pub struct TreeRecord {
+        /// Foot, metres.
+        pub position: Vec3,
+        /// Factor on the model's size.
+        pub scale: f32,
+        /// Cosine of the yaw.
+        pub cos_yaw: f32,
+        /// Sine of the yaw.
+        pub sin_yaw: f32,
+        /// Added to the season.
+        pub season_offset: f32,
+        /// Seconds by which the tree sheds late.
+        pub delay: f32,
+        /// Phase of the gusts at the tree, turns.
+        pub gust_phase: f32,
+        /// Key of the tree.
+        pub seed: u32,
+        /// Index of its model; `u32::MAX` for a place that holds none.
+        pub model: u32,
+        /// Unused.
+        pub padding: u32,
     }
 }
 
@@ -183,8 +310,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// One visible tree: an instance-step vertex buffer, and a storage buffer for the pass that
-    /// fills in `detached`.
+    /// One tree as it is drawn: an instance-step vertex buffer.
     pub struct TreeInstance {
         /// Foot, metres.
         pub position: Vec3,
@@ -198,22 +324,26 @@ gpu_struct! {
         pub season_offset: f32,
         /// Share of the leaves that is drawn.
         pub lambda: f32,
+        /// Rank from which on no leaf is seen.
+        pub fade_end: f32,
+        /// One over the range of ranks over which leaves fade.
+        pub fade_slope: f32,
+        /// Factor on a leaf's length.
+        pub growth: f32,
+        /// What is left of the contrast of shading.
+        pub shading_contrast: f32,
+        /// Mean colour of the leaves, linear.
+        pub mean_color: Vec3,
+        /// What is left of the contrast of colours.
+        pub color_contrast: f32,
         /// Key of the tree.
         pub seed: u32,
         /// Leaves of shed rank below this have left their twigs.
         pub detached: u32,
-        /// Seconds by which the tree sheds late.
-        pub delay: f32,
-        /// Phase of the gusts at the tree, turns.
-        pub gust_phase: f32,
-        /// Leaves of the tree.
-        pub leaf_count: u32,
         /// Unused.
         pub padding0: u32,
         /// Unused.
         pub padding1: u32,
-        /// Unused.
-        pub padding2: u32,
     }
 }
 

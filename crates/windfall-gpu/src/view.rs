@@ -3,6 +3,7 @@
 use crate::shared::Frame;
 use crate::strategy::UnknownName;
 use glam::{Mat4, Vec3, Vec4};
+use windfall_core::simplify::{Reduction, Simplification};
 
 /// A pinhole camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +27,11 @@ impl Camera {
         let up = if forward.y.abs() > 0.999 { Vec3::NEG_Z } else { Vec3::Y };
         Mat4::perspective_infinite_reverse_rh(self.fov_y, aspect, self.near)
             * Mat4::look_to_rh(self.eye, forward, up)
+    }
+
+    /// Pixels that a metre covers at a distance of one metre, in a picture of `height` rows.
+    pub fn pixels(&self, height: u32) -> f32 {
+        height as f32 / (2.0 * (self.fov_y * 0.5).tan())
     }
 }
 
@@ -72,6 +78,60 @@ pub struct View {
     pub shadows: bool,
     /// What colours mean.
     pub show: Show,
+    /// How trees are simplified.
+    pub detail: Simplification,
+    /// How those are simplified that cast shadows; distances are from the camera.
+    pub shadow_detail: Simplification,
+    /// Which trees are left out.
+    pub culling: Culling,
+}
+
+/// Which trees are left out of the picture. None of them is ever seen in it: the picture is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Culling {
+    /// None.
+    Off = 0,
+    /// Those whose bounding box is outside of clip space: for comparison (SFS, 4.2).
+    ClipSpace = 1,
+    /// Those whose bounding sphere is outside of the view (SFS, 4.2).
+    #[default]
+    Sphere = 2,
+    /// Those too that hide behind others and the ground, by a pyramid of the depth of the frame
+    /// before, and a second pass for those that it hid and that of this frame does not. The
+    /// strategies without compute leave out no more than `Sphere`.
+    Occlusion = 3,
+}
+
+impl Culling {
+    /// Each of them.
+    pub const ALL: [Self; 4] = [Self::Off, Self::ClipSpace, Self::Sphere, Self::Occlusion];
+
+    /// Its name on command lines and in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::ClipSpace => "clip-space",
+            Self::Sphere => "sphere",
+            Self::Occlusion => "occlusion",
+        }
+    }
+}
+
+impl std::fmt::Display for Culling {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl std::str::FromStr for Culling {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL
+            .into_iter()
+            .find(|c| c.name() == name)
+            .ok_or_else(|| UnknownName::new("culling", name, &Self::ALL.map(Self::name)))
+    }
 }
 
 /// What colours mean.
@@ -82,17 +142,20 @@ pub enum Show {
     Picture = 0,
     /// Leaves in the air by the lap of their path, those that lie in pink (VB Figure 5).
     Laps = 1,
+    /// How far trees are simplified: red in full, through yellow and green to blue at λ = 1/256.
+    Detail = 2,
 }
 
 impl Show {
     /// Each of them.
-    pub const ALL: [Self; 2] = [Self::Picture, Self::Laps];
+    pub const ALL: [Self; 3] = [Self::Picture, Self::Laps, Self::Detail];
 
     /// Its name on command lines.
     pub fn name(self) -> &'static str {
         match self {
             Self::Picture => "picture",
             Self::Laps => "laps",
+            Self::Detail => "detail",
         }
     }
 }
@@ -115,7 +178,8 @@ impl std::str::FromStr for Show {
 }
 
 impl View {
-    /// A camera's view at time 0 in mid-autumn, under the default sky, with shadows.
+    /// A camera's view at time 0 in mid-autumn, under the default sky, with shadows, simplified
+    /// as is the default.
     pub fn new(camera: Camera) -> Self {
         Self {
             camera,
@@ -124,8 +188,17 @@ impl View {
             season: 0.5,
             shadows: true,
             show: Show::Picture,
+            detail: Simplification::default(),
+            shadow_detail: Self::SHADOW_DETAIL,
+            culling: Culling::default(),
         }
     }
+
+    /// The default of `shadow_detail`: shadows are softer than what casts them.
+    pub const SHADOW_DETAIL: Simplification = Simplification {
+        reduction: Reduction::Distance { d0: 15.0 },
+        ..Simplification::DEFAULT
+    };
 
     pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
@@ -154,6 +227,10 @@ impl View {
             width: width as f32,
             ground_bounce: Vec3::new(0.16, 0.12, 0.07) * (0.3 + 0.7 * day),
             height: height as f32,
+            show: self.show as u32,
+            fade_smooth: u32::from(self.detail.fade.smooth),
+            mean_cosine: self.detail.mean_cosine,
+            frame_padding: 0.0,
         }
     }
 }

@@ -100,25 +100,32 @@ impl Simplification {
     /// `E(cos)` of SFS, equation 5: the mean over angles.
     pub const PAPER_COSINE: f32 = std::f32::consts::FRAC_2_PI;
 
+    /// Full up to 30 m, then as many leaves as the tree has pixels.
+    pub const DEFAULT: Self = Self {
+        reduction: Reduction::Distance { d0: 30.0 },
+        h: 0.5,
+        area_preservation: true,
+        growth: Growth { factor: 2.0, pixels: 4.0 },
+        color_contrast: true,
+        shading_contrast: true,
+        mean_cosine: 0.5,
+        fade: Fade {
+            by: FadeBy::Size,
+            range: FadeRange::Proportional(0.2),
+            full_at_one: true,
+            early: false,
+            smooth: false,
+        },
+    };
+
     /// Nothing is simplified.
-    pub fn none() -> Self {
-        Self { h: 0.0, ..Self::default() }
-    }
+    pub const NONE: Self = Self { h: 0.0, ..Self::DEFAULT };
 }
 
 impl Default for Simplification {
-    /// Full up to 30 m, then as many leaves as the tree has pixels.
+    /// [`Simplification::DEFAULT`].
     fn default() -> Self {
-        Self {
-            reduction: Reduction::Distance { d0: 30.0 },
-            h: 0.5,
-            area_preservation: true,
-            growth: Growth::default(),
-            color_contrast: true,
-            shading_contrast: true,
-            mean_cosine: 0.5,
-            fade: Fade::default(),
-        }
+        Self::DEFAULT
     }
 }
 
@@ -129,19 +136,13 @@ impl Growth {
 
 impl Default for Growth {
     fn default() -> Self {
-        Self { factor: 2.0, pixels: 4.0 }
+        Simplification::DEFAULT.growth
     }
 }
 
 impl Default for Fade {
     /// That of SFS: `R` a fraction of `λ`, 0 at `λ = 1`; by size.
     fn default() -> Self {
-        Self {
-            by: FadeBy::Size,
-            range: FadeRange::Proportional(0.2),
-            full_at_one: true,
-            early: false,
-            smooth: false,
-        }
+        Simplification::DEFAULT.fade
     }
 }

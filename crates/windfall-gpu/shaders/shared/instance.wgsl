@@ -3,8 +3,13 @@ struct Tree {
     @location(8) position_scale: vec4<f32>,
     // Cosine and sine of the yaw, season offset, share of leaves drawn.
     @location(9) turn_season: vec4<f32>,
+    // Rank at which leaves are gone, one over the range over which they fade, factor on their length,
+    // what is left of the contrast of shading.
+    @location(10) fade_growth: vec4<f32>,
+    // Mean colour, what is left of the contrast of colours.
+    @location(11) mean_contrast: vec4<f32>,
     // Key of the tree; leaves of shed rank below the second have left.
-    @location(10) seed_detached: vec2<u32>,
+    @location(12) seed_detached: vec2<u32>,
 }
 
 fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {

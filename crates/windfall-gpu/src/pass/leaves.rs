@@ -1,18 +1,23 @@
 //! Leaves on their twigs.
 
 use super::{
-    Shaders,
+    ListedTrees, Shaders,
     draw::{Draw, DrawTarget},
     draw_parts, tree_instances,
 };
-use crate::forest::{GpuForest, Visible};
+use crate::forest::GpuForest;
 use crate::model::LeafVertex;
+use windfall_core::simplify::FadeBy;
 
 pub(crate) struct Leaves {
-    solid: wgpu::RenderPipeline,
-    masked: wgpu::RenderPipeline,
-    solid_shadow: wgpu::RenderPipeline,
-    masked_shadow: wgpu::RenderPipeline,
+    radiance: Pipelines,
+    shadow: Pipelines,
+}
+
+/// Pipelines for leaves without and with holes.
+struct Pipelines {
+    by_size: [wgpu::RenderPipeline; 2],
+    by_opacity: [wgpu::RenderPipeline; 2],
 }
 
 impl Leaves {
@@ -22,64 +27,64 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |label, fragment, alpha_to_coverage, target| {
+        let pipeline = |vertex, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
-                label,
+                label: fragment.unwrap_or("leaf shadow"),
                 source: include_str!("../../shaders/leaves.wgsl"),
                 groups: &[part_layout],
                 buffers: &[vertices.clone(), tree_instances()],
                 cull: None,
-                vertex: "vertex",
+                vertex,
                 fragment,
                 alpha_to_coverage,
                 target,
             })
         };
+        let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
         Self {
-            solid: pipeline("leaves", Some("solid"), false, DrawTarget::Radiance),
-            masked: pipeline("masked leaves", Some("masked"), true, DrawTarget::Radiance),
-            solid_shadow: pipeline("leaf shadow", None, false, DrawTarget::Shadow),
-            masked_shadow: pipeline(
-                "masked leaf shadow",
-                Some("masked_shadow"),
-                false,
-                DrawTarget::Shadow,
-            ),
+            radiance: Pipelines {
+                by_size: [
+                    pipeline("vertex", Some("solid"), false, picture),
+                    pipeline("vertex", Some("masked"), true, picture),
+                ],
+                by_opacity: [
+                    pipeline("opaque_vertex", Some("solid_fade"), false, picture),
+                    pipeline("opaque_vertex", Some("masked_fade"), true, picture),
+                ],
+            },
+            shadow: Pipelines {
+                by_size: [
+                    pipeline("vertex", None, false, map),
+                    pipeline("vertex", Some("masked_shadow"), false, map),
+                ],
+                by_opacity: [
+                    pipeline("opaque_vertex", Some("fade_shadow"), false, map),
+                    pipeline("opaque_vertex", Some("fade_shadow"), false, map),
+                ],
+            },
         }
     }
 
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest, visible: &[Visible]) {
-        draw_parts(
-            pass,
-            forest,
-            visible,
-            |model| &model.leaves,
-            &forest.models,
-            |pass, part| {
-                pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
-            },
-        );
-    }
-
-    pub fn draw_shadow(
+    pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         forest: &GpuForest,
-        visible: &[Visible],
+        trees: ListedTrees<'_>,
+        fade: FadeBy,
+        into: DrawTarget,
     ) {
+        let pipelines = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
+        let pipelines = match fade {
+            FadeBy::Size => &pipelines.by_size,
+            FadeBy::Opacity => &pipelines.by_opacity,
+        };
         draw_parts(
             pass,
             forest,
-            visible,
+            trees,
             |model| &model.leaves,
-            &forest.models,
-            |pass, part| {
-                pass.set_pipeline(if part.masked {
-                    &self.masked_shadow
-                } else {
-                    &self.solid_shadow
-                });
-            },
+            |draws| draws.0.clone(),
+            |pass, part| pass.set_pipeline(&pipelines[usize::from(part.masked)]),
         );
     }
 }

@@ -1,9 +1,11 @@
 //! One file per pass: an immutable struct with its pipelines, and a `draw`.
 
+pub(crate) mod cull;
 mod draw;
 mod falls;
 mod fragment_falls;
 pub(crate) mod ground;
+pub(crate) mod hiz;
 mod leaves;
 mod listed;
 mod litter;
@@ -14,19 +16,23 @@ mod vertex_buffer_falls;
 mod vertex_falls;
 mod wood;
 
+pub(crate) use cull::Cull;
 pub(crate) use draw::DrawTarget;
 pub(crate) use falls::Falls;
 pub(crate) use ground::Ground;
+pub(crate) use hiz::HiZ;
 pub(crate) use leaves::Leaves;
 pub(crate) use listed::ListedPasses;
 pub(crate) use sky::SkyDome;
 pub(crate) use tone_map::ToneMap;
 pub(crate) use wood::Wood;
 
+use crate::cull::CpuList;
 use crate::shared::{
-    FallFrame, FallingLeaf, Frame, LeafRecord, LitterLeaf, LooseLeaf, Model, Stream, Surface,
-    TreeInstance,
+    Crown, CullFrame, FallFrame, FallingLeaf, Frame, LeafRecord, LitterLeaf, LooseLeaf, Model,
+    Stream, Surface, TreeInstance, TreeList, TreeRecord,
 };
+use std::ops::Range;
 
 /// What every pass needs to make its pipelines.
 pub(crate) struct Shaders<'a> {
@@ -41,6 +47,10 @@ fn compose(sources: &[&str]) -> String {
         Model::wgsl(),
         Surface::wgsl(),
         TreeInstance::wgsl(),
+        TreeRecord::wgsl(),
+        Crown::wgsl(),
+        TreeList::wgsl(),
+        CullFrame::wgsl(),
         FallFrame::wgsl(),
         Stream::wgsl(),
         LeafRecord::wgsl(),
@@ -66,25 +76,53 @@ fn tree_instances() -> wgpu::VertexBufferLayout<'static> {
     }
 }
 
-/// Draws one part of every visible tree.
+/// A list of trees, to be drawn from.
+#[derive(Clone, Copy)]
+pub(crate) struct ListedTrees<'a> {
+    /// Which of the frame's lists.
+    pub index: usize,
+    /// What the CPU knows of it; `None` if the GPU made it.
+    pub on_cpu: Option<&'a CpuList>,
+}
+
+/// Draws leaves or wood of a list of trees.
 fn draw_parts<'a>(
     pass: &mut wgpu::RenderPass<'_>,
-    forest: &crate::GpuForest,
-    visible: &[crate::forest::Visible],
+    forest: &'a crate::GpuForest,
+    trees: ListedTrees<'_>,
     part: impl Fn(&'a crate::model::GpuModel) -> &'a crate::model::Part,
-    models: &'a [crate::model::GpuModel],
+    draws: impl Fn(&(Range<u32>, Range<u32>)) -> Range<u32>,
     mut before: impl FnMut(&mut wgpu::RenderPass<'_>, &crate::model::Part),
 ) {
-    pass.set_vertex_buffer(1, forest.instances.slice(..));
-    for (model, range) in models.iter().zip(visible) {
-        let part = part(model);
-        if range.is_empty() || part.index_count == 0 {
+    let size = size_of::<TreeInstance>() as u64;
+    let list_first = trees.index as u64 * forest.trees.records.len() as u64;
+    let all_draws = forest.trees.parts.len() as u64;
+    for (i, model) in forest.models.iter().enumerate() {
+        let crown = &forest.trees.crowns[i];
+        let draws = draws(&forest.trees.draws[i]);
+        if draws.is_empty() || crown.block_count == 0 {
             continue;
         }
+        let part = part(model);
         before(pass, part);
         pass.set_bind_group(1, &part.bind_group, &[]);
         pass.set_vertex_buffer(0, part.vertices.slice(..));
+        let first = (list_first + u64::from(crown.tree_first)) * size;
+        let bytes = u64::from(crown.block_count * crate::cull::BLOCK) * size;
+        pass.set_vertex_buffer(1, forest.lists.placed.slice(first..first + bytes));
         pass.set_index_buffer(part.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..part.index_count, 0, range.clone());
+        if let Some(list) = trees.on_cpu {
+            for draw in draws {
+                let instances = list.instances[draw as usize].clone();
+                if !instances.is_empty() {
+                    let (first, count) = forest.trees.parts[draw as usize].indices;
+                    pass.draw_indexed(first..first + count, 0, instances);
+                }
+            }
+        } else {
+            let first = (trees.index as u64 * all_draws + u64::from(draws.start)) * 20;
+            let count = draws.end - draws.start;
+            pass.multi_draw_indexed_indirect(&forest.lists.arguments, first, count);
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::shared::Frame;
 use crate::view::{Camera, View};
 use glam::{Mat4, Vec3};
-use windfall_core::forest::Frustum;
+use windfall_core::simplify::Simplification;
 
 /// Number of cascades.
 pub(crate) const CASCADES: usize = 3;
@@ -118,17 +118,13 @@ fn cascade(camera: &Camera, aspect: f32, sun: Vec3, start: f32, end: f32) -> Cas
 }
 
 impl Cascade {
-    /// Whether a sphere can shade anything in this cascade.
-    pub fn shaded_by(&self, center: Vec3, radius: f32) -> bool {
-        let at = self.clip_from_world.project_point3(center);
-        let texels = 2.0 * radius / (self.texel * SIZE as f32);
-        let depth = radius * self.clip_from_world.row(2).truncate().length();
-        at.x.abs() <= 1.0 + texels && at.y.abs() <= 1.0 + texels && at.z <= 1.0 + depth
-    }
-
     /// The frame's uniforms with this cascade in the camera's place.
-    pub fn frame(&self, frame: &Frame) -> Frame {
-        Frame { clip_from_world: self.clip_from_world, ..*frame }
+    pub fn frame(&self, frame: &Frame, detail: &Simplification) -> Frame {
+        Frame {
+            clip_from_world: self.clip_from_world,
+            fade_smooth: u32::from(detail.fade.smooth),
+            ..*frame
+        }
     }
 }
 
@@ -139,34 +135,16 @@ pub(crate) fn describe(frame: &mut Frame, cascades: &[Cascade; CASCADES], on: bo
     frame.shadow_texels = Vec3::from(cascades.map(|c| c.texel)).extend(1.0 / SIZE as f32);
 }
 
-/// What decides whether a tree is drawn into a map or a picture.
-pub(crate) enum Volume<'a> {
-    View(&'a Frustum),
-    Shadow(&'a Cascade),
-}
-
-impl Volume<'_> {
-    pub fn holds(&self, center: Vec3, radius: f32) -> bool {
-        match self {
-            Self::View(frustum) => frustum.sees_sphere(center, radius),
-            Self::Shadow(cascade) => cascade.shaded_by(center, radius),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Sky;
+    use windfall_core::forest::Frustum;
 
     fn view(eye: Vec3, target: Vec3, elevation: f32) -> View {
         View {
-            camera: Camera { eye, target, fov_y: 0.9, near: 0.1 },
             sky: Sky { sun_elevation: elevation, ..Sky::default() },
-            time: 0.0,
-            season: 0.5,
-            shadows: true,
-            show: crate::Show::Picture,
+            ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
         }
     }
 
@@ -210,12 +188,13 @@ mod tests {
     #[test]
     fn a_tree_towards_the_sun_shades_and_one_behind_does_not() {
         let view = view(Vec3::ZERO, Vec3::NEG_Z, 0.6);
-        let cascade = cascades(&view, 1.6)[0];
+        // The planes of a map hold what casts into it: lists of trees use them as a view's.
+        let casts = Frustum::new(cascades(&view, 1.6)[0].clip_from_world);
         let sun = view.sky.sun_direction();
         let here = Vec3::new(0.0, 0.0, -5.0);
-        assert!(cascade.shaded_by(here + sun * 60.0, 3.0));
-        assert!(!cascade.shaded_by(here - sun * 60.0, 3.0));
+        assert!(casts.sees_sphere(here + sun * 60.0, 3.0));
+        assert!(!casts.sees_sphere(here - sun * 60.0, 3.0));
         let aside = sun.cross(Vec3::Y).normalize_or_zero() * 80.0;
-        assert!(!cascade.shaded_by(here + aside, 3.0));
+        assert!(!casts.sees_sphere(here + aside, 3.0));
     }
 }

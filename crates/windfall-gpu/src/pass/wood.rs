@@ -1,11 +1,11 @@
 //! Trunks and branches.
 
 use super::{
-    Shaders,
+    ListedTrees, Shaders,
     draw::{Draw, DrawTarget},
     draw_parts, tree_instances,
 };
-use crate::forest::{GpuForest, Visible};
+use crate::forest::GpuForest;
 use crate::model::WoodVertex;
 
 pub(crate) struct Wood {
@@ -40,18 +40,14 @@ impl Wood {
         }
     }
 
-    pub fn draw_shadow(
+    pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         forest: &GpuForest,
-        visible: &[Visible],
+        trees: ListedTrees<'_>,
+        into: DrawTarget,
     ) {
-        pass.set_pipeline(&self.shadow);
-        draw_parts(pass, forest, visible, |model| &model.wood, &forest.models, |_, _| {});
-    }
-
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest, visible: &[Visible]) {
-        pass.set_pipeline(&self.pipeline);
-        draw_parts(pass, forest, visible, |model| &model.wood, &forest.models, |_, _| {});
+        pass.set_pipeline(if into == DrawTarget::Shadow { &self.shadow } else { &self.pipeline });
+        draw_parts(pass, forest, trees, |model| &model.wood, |draws| draws.1.clone(), |_, _| {});
     }
 }

@@ -1,0 +1,58 @@
+// How a tree is drawn at its distance: the twin of windfall_core::simplify, equations 1 to 6.
+
+struct Level {
+    lambda: f32,
+    radius: f32,
+    growth: f32,
+    contrast: f32,
+}
+
+// 1 - exp(x), precise for small x.
+fn one_minus_exp(x: f32) -> f32 {
+    return select(1.0 - exp(x), -x * (1.0 + x * (0.5 + x * (1.0 / 6.0))), abs(x) < 0.02);
+}
+
+// ln(1 - x), precise for small x.
+fn log_one_minus(x: f32) -> f32 {
+    return select(log(1.0 - x), -x * (1.0 + x * (0.5 + x * (1.0 / 3.0))), abs(x) < 0.02);
+}
+
+fn fade_radius(list: TreeList, lambda: f32) -> f32 {
+    var radius = list.range;
+    switch list.range_kind {
+        case 1u: { radius *= 1.0 - lambda; }
+        case 2u: { radius *= (1.0 - lambda) * (1.0 - lambda); }
+        case 3u: { radius *= lambda; }
+        default: {}
+    }
+    return select(radius, min(radius, 1.0 - lambda), list.full_at_one == 1u);
+}
+
+// `scale` is the tree's, on the model's lengths.
+fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Level {
+    let away = max(distance(center, list.eye), 1e-3);
+    let seen = crown.radius * scale * list.pixels / away;
+    let b = min(select(list.reduction / (away * away), list.reduction * seen * seen, list.by_area == 1u), 1.0);
+    // 0^0 and the rounding of pow: a tree in full is exactly that.
+    let wanted = select(pow(b, list.exponent), 1.0, b >= 1.0 || list.exponent == 0.0);
+    if wanted >= 1.0 {
+        return Level(1.0, 0.0, 1.0, 1.0);
+    }
+    var lambda = wanted;
+    var growth = 1.0;
+    if list.growth_factor >= 0.0 {
+        let size = crown.leaf_length * scale * list.pixels / away;
+        let most = max(max(list.growth_factor, list.growth_pixels / max(size, 1e-9)), 1.0);
+        let hidden = crown.visible_share * most * most;
+        if hidden < 1.0 {
+            lambda = min(max(wanted, crown.log_hidden / log_one_minus(hidden)), 1.0);
+        }
+        growth = min(sqrt(one_minus_exp(crown.log_hidden / lambda) / crown.visible_share), most);
+    }
+    return Level(lambda, fade_radius(list, lambda), growth, sqrt(lambda));
+}
+
+// The rank at which leaves are gone; above it nothing is drawn.
+fn fade_end(list: TreeList, level: Level) -> f32 {
+    return level.lambda + select(level.radius, 0.0, list.early == 1u);
+}

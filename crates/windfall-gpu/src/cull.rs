@@ -1,0 +1,370 @@
+//! The lists of trees that are drawn: their tables on the GPU, and how a CPU makes the same lists.
+//!
+//! A model's leaves are drawn in parts, in prune order: [`BUCKETS`] bounds a quarter of an octave
+//! apart. A tree's *bucket* is the lowest bound that holds all leaves it is drawn with. Lists are
+//! sorted by bucket, so that each part is one draw of a prefix of the model's trees, and the work
+//! follows the leaves that are drawn, not the trees that there are. The levels of simplified wood
+//! are one draw each of a range of the same list.
+
+use crate::model::GpuModel;
+use crate::pass::shadow::CASCADES;
+use crate::shared::{CullFrame, Crown, Model, TreeInstance, TreeList, TreeRecord};
+use crate::view::{Culling, View};
+use bytemuck::Zeroable;
+use glam::{Mat4, Vec3};
+use std::f32::consts::PI;
+use std::ops::Range;
+use windfall_core::forest::{Forest, Frustum};
+use windfall_core::shed::{Shedding, TreeShedding};
+use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Simplification};
+
+/// Bounds of parts.
+pub(crate) const BUCKETS: u32 = 48;
+/// Bounds in a factor of two.
+pub(crate) const OCTAVE: f32 = 4.0;
+/// Trees of a block.
+pub(crate) const BLOCK: u32 = 64;
+/// Lists of a frame: the view and the shadow maps.
+pub(crate) const LISTS: usize = 1 + CASCADES;
+/// Leaves below which a part is not worth a draw of its own.
+const FEW_LEAVES: u32 = 64;
+/// Words that count, behind the arguments: two each for trees in view, their leaves, leaves by λ,
+/// leaves on twigs, triangles.
+pub(crate) const TALLIES: u64 = 10;
+
+/// A part of a model that is drawn for the trees of some buckets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PartDraw {
+    /// Lowest and highest bucket.
+    pub buckets: (u32, u32),
+    /// Indices of the part.
+    pub indices: (u32, u32),
+}
+
+/// The bucket of a tree that is drawn with this share of its leaves.
+pub(crate) fn bucket_of(drawn: f32) -> u32 {
+    if drawn >= 1.0 {
+        return BUCKETS;
+    }
+    (BUCKETS as f32 + (OCTAVE * drawn.max(1e-9).log2()).ceil()).clamp(1.0, BUCKETS as f32) as u32
+}
+
+/// The largest share of leaves that trees of a bucket are drawn with.
+pub(crate) fn bucket_share(bucket: u32) -> f32 {
+    ((bucket as f32 - BUCKETS as f32) / OCTAVE).exp2()
+}
+
+/// The parts of a model's leaves. `starts` has the first index of each leaf, and their number.
+pub(crate) fn leaf_parts(starts: &[u32]) -> Vec<PartDraw> {
+    let leaves = starts.len() as u32 - 1;
+    let mut parts = Vec::new();
+    let (mut low, mut first) = (1, 0);
+    for bucket in 1..=BUCKETS {
+        let end = (f64::from(bucket_share(bucket)) * f64::from(leaves)).ceil() as u32;
+        if end - first >= FEW_LEAVES || (bucket == BUCKETS && end > first) {
+            let [a, b] = [first, end].map(|leaf| starts[leaf as usize]);
+            parts.push(PartDraw { buckets: (low, BUCKETS), indices: (a, b - a) });
+            (low, first) = (bucket + 1, end);
+        }
+    }
+    parts
+}
+
+/// The levels of a model's wood, as ranges of indices from the finest to the coarsest: each tree is
+/// drawn with the coarsest that keeps as large a share of the triangles as it keeps of its leaves.
+pub(crate) fn wood_parts(levels: &[(u32, u32)], indirect_first_instance: bool) -> Vec<PartDraw> {
+    let Some(&full) = levels.first() else {
+        return Vec::new();
+    };
+    if full.1 == 0 {
+        return Vec::new();
+    }
+    if !indirect_first_instance {
+        return vec![PartDraw { buckets: (1, BUCKETS), indices: full }];
+    }
+    let level_of = |bucket: u32| {
+        let wanted = bucket_share(bucket) * full.1 as f32;
+        levels.iter().rposition(|l| l.1 as f32 >= wanted).unwrap_or(0)
+    };
+    let mut parts: Vec<PartDraw> = Vec::new();
+    for bucket in 1..=BUCKETS {
+        let indices = levels[level_of(bucket)];
+        match parts.last_mut() {
+            Some(part) if part.indices == indices => part.buckets.1 = bucket,
+            _ => parts.push(PartDraw { buckets: (bucket, bucket), indices }),
+        }
+    }
+    parts.retain(|part| part.indices.1 > 0);
+    parts
+}
+
+impl TreeList {
+    /// The trees of `clip_from_world` that are seen from the view's camera.
+    pub(crate) fn new(
+        clip_from_world: Mat4,
+        view: &View,
+        height: u32,
+        detail: &Simplification,
+        culling: Culling,
+    ) -> Self {
+        let (range_kind, range) = match detail.fade.range {
+            FadeRange::Constant(c) => (0, c),
+            FadeRange::Linear(c) => (1, c),
+            FadeRange::Quadratic(c) => (2, c),
+            FadeRange::Proportional(c) => (3, c),
+        };
+        let (by_area, reduction) = match detail.reduction {
+            Reduction::Distance { d0 } => (0, d0 * d0),
+            Reduction::ProjectedArea { b0 } => (1, PI / b0),
+        };
+        let flag = |on: bool| u32::from(on);
+        Self {
+            planes: Frustum::new(clip_from_world).planes(),
+            clip_from_world,
+            eye: view.camera.eye,
+            pixels: view.camera.pixels(height),
+            exponent: detail.exponent(),
+            reduction,
+            by_area,
+            range_kind,
+            range,
+            growth_factor: if detail.area_preservation { detail.growth.factor } else { -1.0 },
+            growth_pixels: detail.growth.pixels,
+            full_at_one: flag(detail.fade.full_at_one),
+            early: flag(detail.fade.early),
+            color_contrast: flag(detail.color_contrast),
+            shading_contrast: flag(detail.shading_contrast),
+            culling: culling as u32,
+        }
+    }
+}
+
+/// The trees of a forest and the tables that lists are made from.
+pub(crate) struct Trees {
+    pub crowns: Vec<Crown>,
+    /// By model, each model's in whole blocks.
+    pub records: Vec<TreeRecord>,
+    /// For each model its leaf draws and its wood draws: ranges of all draws.
+    pub draws: Vec<(Range<u32>, Range<u32>)>,
+    pub parts: Vec<PartDraw>,
+}
+
+/// What a CPU finds of a list.
+#[derive(Debug, Default)]
+pub(crate) struct CpuList {
+    /// Trees at their places; those of a model begin at [`Crown::tree_first`].
+    pub placed: Vec<TreeInstance>,
+    /// For each draw the trees of the model that it is for.
+    pub instances: Vec<Range<u32>>,
+    /// Trees, their leaves, leaves by λ, leaves on twigs, triangles.
+    pub tallies: [u64; 5],
+}
+
+impl Trees {
+    pub fn new(models: &[GpuModel], forest: &Forest, falls: &crate::Falls) -> Self {
+        let mut out =
+            Self { crowns: Vec::new(), records: Vec::new(), draws: Vec::new(), parts: Vec::new() };
+        for (index, model) in models.iter().enumerate() {
+            let first = out.records.len() as u32;
+            let of_model = forest.instances.iter().filter(|i| i.model as usize == index);
+            out.records.extend(of_model.map(|instance| {
+                let shed = falls.shedding.tree(instance, model.leaf_count, &falls.wind);
+                let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
+                TreeRecord {
+                    position: instance.position,
+                    scale: instance.scale,
+                    cos_yaw,
+                    sin_yaw,
+                    season_offset: instance.season_offset,
+                    delay: shed.delay,
+                    gust_phase: shed.gust_phase,
+                    seed: instance.seed,
+                    model: index as u32,
+                    padding: 0,
+                }
+            }));
+            let nothing = TreeRecord { model: u32::MAX, ..TreeRecord::zeroed() };
+            out.records.resize(out.records.len().next_multiple_of(BLOCK as usize), nothing);
+            let draw_first = out.parts.len() as u32;
+            out.parts.extend(&model.leaf_parts);
+            let wood_first = out.parts.len() as u32;
+            out.parts.extend(&model.wood_parts);
+            let end = out.parts.len() as u32;
+            out.draws.push((draw_first..wood_first, wood_first..end));
+            out.crowns.push(Crown {
+                tree_first: first,
+                draw_first,
+                draw_count: end - draw_first,
+                block_count: (out.records.len() as u32 - first) / BLOCK,
+                ..model.crown
+            });
+        }
+        out
+    }
+
+    /// The frame's numbers.
+    pub fn frame(&self, lists: [TreeList; LISTS], view: &View, size: (u32, u32)) -> CullFrame {
+        CullFrame {
+            lists,
+            near: view.camera.near,
+            width: size.0 as f32,
+            height: size.1 as f32,
+            tree_count: self.records.len() as u32,
+            model_count: self.crowns.len() as u32,
+            draw_count: self.parts.len() as u32,
+            top_level: 0,
+            cull_padding: 0,
+        }
+    }
+
+    /// Makes a list as the GPU does: the same trees in the same places.
+    pub fn list_on_cpu(
+        &self,
+        list: &TreeList,
+        detail: &Simplification,
+        season: impl Fn(usize, &TreeRecord) -> Vec3,
+        detached: impl Fn(&TreeRecord, u32) -> u32,
+    ) -> CpuList {
+        let frustum = Frustum::new(list.clip_from_world);
+        let mut out = CpuList {
+            placed: vec![TreeInstance::zeroed(); self.records.len()],
+            ..CpuList::default()
+        };
+        for (index, crown) in self.crowns.iter().enumerate() {
+            let first = crown.tree_first as usize;
+            let records = &self.records[first..first + (crown.block_count * BLOCK) as usize];
+            let mut sorted: Vec<(u32, Level, &TreeRecord)> = Vec::new();
+            for tree in records.iter().filter(|tree| tree.model != u32::MAX) {
+                let center = tree.world_from_tree(crown.center);
+                let radius = crown.radius * tree.scale;
+                let seen = match list.culling {
+                    0 => true,
+                    1 => list.sees_box(tree, crown),
+                    _ => frustum.sees_sphere(center, radius),
+                };
+                if seen {
+                    let level = detail.level(&crown.seen(tree, list, center));
+                    sorted.push((bucket_of(detail.drawn(&level)), level, tree));
+                }
+            }
+            sorted.sort_by_key(|tree| std::cmp::Reverse(tree.0));
+            for (at, (_, level, tree)) in sorted.iter().enumerate() {
+                let detached = detached(tree, crown.leaf_count);
+                let contrast = |flag| if flag == 1 { level.contrast } else { 1.0 };
+                let color_contrast = contrast(list.color_contrast);
+                out.placed[first + at] = TreeInstance {
+                    position: tree.position,
+                    scale: tree.scale,
+                    cos_yaw: tree.cos_yaw,
+                    sin_yaw: tree.sin_yaw,
+                    season_offset: tree.season_offset,
+                    lambda: level.lambda,
+                    fade_end: level.lambda + if list.early == 1 { 0.0 } else { level.radius },
+                    fade_slope: 0.5 / level.radius.max(1e-9),
+                    growth: level.growth,
+                    shading_contrast: contrast(list.shading_contrast),
+                    mean_color: if color_contrast < 1.0 { season(index, tree) } else { Vec3::ZERO },
+                    color_contrast,
+                    seed: tree.seed,
+                    detached,
+                    padding0: 0,
+                    padding1: 0,
+                };
+                let leaves = crown.leaf_count as f32;
+                let hanging = 1.0 - detached as f32 / leaves.max(1.0);
+                let drawn = detail.drawn(level) * leaves * hanging;
+                out.tallies[0] += 1;
+                out.tallies[1] += u64::from(crown.leaf_count);
+                out.tallies[2] += (level.lambda * leaves + 0.5) as u64;
+                out.tallies[3] += (drawn + 0.5) as u64;
+            }
+            let draws = crown.draw_first as usize..(crown.draw_first + crown.draw_count) as usize;
+            for part in &self.parts[draws] {
+                let from = |bucket: u32| sorted.partition_point(|t| t.0 >= bucket) as u32;
+                let range = from(part.buckets.1 + 1)..from(part.buckets.0);
+                out.tallies[4] += u64::from(part.indices.1 / 3) * range.len() as u64;
+                out.instances.push(range);
+            }
+        }
+        out
+    }
+}
+
+impl Crown {
+    fn seen(&self, tree: &TreeRecord, list: &TreeList, center: Vec3) -> Seen {
+        Seen {
+            distance: center.distance(list.eye),
+            pixels: list.pixels,
+            radius: self.radius * tree.scale,
+            leaf_length: self.leaf_length * tree.scale,
+            visible_share: self.visible_share,
+        }
+    }
+}
+
+impl TreeRecord {
+    pub(crate) fn world_from_tree(&self, v: Vec3) -> Vec3 {
+        let (c, s) = (self.cos_yaw, self.sin_yaw);
+        let turned = Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
+        self.position + turned * self.scale
+    }
+
+    /// What its detach times depend on.
+    pub(crate) fn shedding(&self, leaves: u32) -> TreeShedding {
+        TreeShedding { delay: self.delay, gust_phase: self.gust_phase, seed: self.seed, leaves }
+    }
+
+    /// Leaves that have left the tree by `time`.
+    pub(crate) fn detached(
+        &self,
+        shedding: &Shedding,
+        gust_rate: f32,
+        leaves: u32,
+        time: f32,
+    ) -> u32 {
+        shedding.detached(&self.shedding(leaves), gust_rate, time)
+    }
+}
+
+impl TreeList {
+    /// Whether no plane of clip space has the whole bounding box outside (SFS, 4.2).
+    fn sees_box(&self, tree: &TreeRecord, crown: &Crown) -> bool {
+        let corners = (0..8).map(|corner| {
+            let side = Vec3::new(
+                (corner & 1) as f32,
+                (corner >> 1 & 1) as f32,
+                (corner >> 2) as f32,
+            ) * 2.0
+                - 1.0;
+            let at = tree.world_from_tree(crown.center + side * crown.half_size);
+            self.clip_from_world * at.extend(1.0)
+        });
+        let mut outside = [0; 5];
+        for at in corners {
+            let planes =
+                [at.x < -at.w, at.x > at.w, at.y < -at.w, at.y > at.w, at.z > at.w];
+            for (count, out) in outside.iter_mut().zip(planes) {
+                *count += u32::from(out);
+            }
+        }
+        outside.iter().all(|&count| count < 8)
+    }
+}
+
+/// Mean colour of a tree's leaves: over heights in the crown and the leaves' own times. The twin of
+/// `mean_color` in `shaders/cull.wgsl`.
+pub(crate) fn mean_color(model: &Model, season: f32, offset: f32) -> Vec3 {
+    if model.palette_count == 0 {
+        return Vec3::ONE;
+    }
+    let mut sum = Vec3::ZERO;
+    for high in [-0.6, 0.0, 0.6] {
+        for own in [-0.553, -0.225, 0.0, 0.225, 0.553] {
+            let phase = season + offset + 0.12 * high + own * model.palette_spread;
+            let x = phase.clamp(0.0, 1.0) * (model.palette_count - 1) as f32;
+            let i = (x as usize).min(model.palette_count as usize - 2);
+            sum += model.palette[i].truncate().lerp(model.palette[i + 1].truncate(), x - i as f32);
+        }
+    }
+    sum / 15.0
+}
