@@ -12,7 +12,8 @@ use std::time::Instant;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{
-    Canvas, Capture, CountLeaves, Elimination, GpuForest, Renderer, Show, Strategy, Target, View,
+    Canvas, Capture, CountLeaves, Culling, Elimination, GpuForest, Renderer, Show, Strategy,
+    Target, View,
 };
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
 
@@ -70,7 +71,20 @@ pub struct Args {
     /// Keep about this many leaves in the air
     #[arg(long, value_name = "N", conflicts_with = "throw_rate")]
     falling: Option<u32>,
-    /// What colours mean: picture, or laps (of the leaves' paths; landed ones are pink)
+    /// Share of its size at which a tree is drawn with half of its leaves, 0 (all) to 0.99
+    #[arg(long, value_name = "SHARE")]
+    h: Option<f32>,
+    /// Distance up to which trees are drawn in full, metres
+    #[arg(long, value_name = "M", conflicts_with = "b0")]
+    d0: Option<f32>,
+    /// Pixels of its bounding sphere above which a tree is drawn in full, instead of --d0
+    #[arg(long, value_name = "PIXELS")]
+    b0: Option<f32>,
+    /// Which trees are left out: off, clip-space, sphere or occlusion
+    #[arg(long, value_name = "NAME")]
+    culling: Option<Culling>,
+    /// What colours mean: picture, or laps (of the leaves' paths; landed ones are pink),
+    /// or detail (of the trees, red to blue)
     #[arg(long, value_name = "NAME", default_value_t)]
     view: Show,
     /// Print one JSON object of what was drawn and how long it took
@@ -230,6 +244,14 @@ impl Args {
         if let Some(elimination) = self.elimination {
             scene.elimination = elimination.to_string();
         }
+        if let Some(culling) = self.culling {
+            scene.culling = culling.to_string();
+        }
+        scene.detail.h = self.h.unwrap_or(scene.detail.h);
+        if let Some(d0) = self.d0 {
+            (scene.detail.d0, scene.detail.b0) = (d0, None);
+        }
+        scene.detail.b0 = self.b0.or(scene.detail.b0);
         scene.check(file)?;
         Ok(scene)
     }
@@ -346,23 +368,23 @@ impl Painter {
         gpu.check()?;
         let leaves = count.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
+        // Counted on the GPU by one strategy and on the CPU by the others, never by both.
+        let trees = if leaves.trees.visible > 0 { leaves.trees } else { stats.drawn };
         let report = FrameReport {
             frame,
             time: view.time,
             trees: stats.trees,
-            trees_visible: stats.trees_visible,
+            trees_visible: trees.visible,
             leaves_total: stats.leaves_total,
-            // Counted on the GPU by one strategy and on the CPU by the others, never by both.
-            leaves_hanging_drawn: u64::from(leaves.hanging_drawn) + stats.leaves_hanging,
+            leaves_hanging_drawn: trees.leaves_hanging,
             leaves_falling: u64::from(leaves.falling) + stats.leaves_falling,
             leaves_falling_drawn: u64::from(leaves.falling_drawn) + stats.leaves_falling,
             leaves_landed: u64::from(leaves.landed) + stats.leaves_landed,
             leaves_eliminated: stats.leaves_eliminated,
             leaves_checked: stats.leaves_checked,
             triangles_full: stats.triangles_full,
-            triangles_drawn: stats.triangles_drawn,
-            // No tree is simplified yet: every leaf of a visible tree is drawn.
-            lambda_total: 1.0,
+            triangles_drawn: trees.triangles,
+            lambda_total: trees.lambda_total(),
             cpu_ms,
             gpu_ms: gpu.pass_times().into_iter().collect(),
         };

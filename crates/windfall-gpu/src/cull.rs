@@ -8,7 +8,7 @@
 
 use crate::model::GpuModel;
 use crate::pass::shadow::CASCADES;
-use crate::shared::{CullFrame, Crown, Model, TreeInstance, TreeList, TreeRecord};
+use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord};
 use crate::view::{Culling, View};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec3};
@@ -330,19 +330,16 @@ impl TreeList {
     /// Whether no plane of clip space has the whole bounding box outside (SFS, 4.2).
     fn sees_box(&self, tree: &TreeRecord, crown: &Crown) -> bool {
         let corners = (0..8).map(|corner| {
-            let side = Vec3::new(
-                (corner & 1) as f32,
-                (corner >> 1 & 1) as f32,
-                (corner >> 2) as f32,
-            ) * 2.0
-                - 1.0;
+            let side =
+                Vec3::new((corner & 1) as f32, (corner >> 1 & 1) as f32, (corner >> 2) as f32)
+                    * 2.0
+                    - 1.0;
             let at = tree.world_from_tree(crown.center + side * crown.half_size);
             self.clip_from_world * at.extend(1.0)
         });
         let mut outside = [0; 5];
         for at in corners {
-            let planes =
-                [at.x < -at.w, at.x > at.w, at.y < -at.w, at.y > at.w, at.z > at.w];
+            let planes = [at.x < -at.w, at.x > at.w, at.y < -at.w, at.y > at.w, at.z > at.w];
             for (count, out) in outside.iter_mut().zip(planes) {
                 *count += u32::from(out);
             }

@@ -135,8 +135,7 @@ impl GpuForest {
             let tree = &trees[instance.model as usize];
             totals.trees += 1;
             totals.leaves_total += tree.foliage.leaves.len() as u64;
-            totals.triangles_full +=
-                (tree.wood_triangles() + tree.foliage.triangle_count()) as u64;
+            totals.triangles_full += (tree.wood_triangles() + tree.foliage.triangle_count()) as u64;
         }
         Self {
             falls,

@@ -276,7 +276,8 @@ fn wood_vertex(vertex: &tree::WoodVertex) -> WoodVertex {
 fn crown(tree: &Tree) -> Crown {
     let (low, high) = tree.bounds();
     let foliage = &tree.foliage;
-    let lengths = foliage.leaves.iter().map(|l| l.scale * foliage.shapes[l.shape as usize].radius());
+    let lengths =
+        foliage.leaves.iter().map(|l| l.scale * foliage.shapes[l.shape as usize].radius());
     let share = foliage.visible_share.clamp(1e-9, 0.999);
     Crown {
         center: (low + high) * 0.5,

@@ -167,7 +167,9 @@ impl Renderer {
             let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
                 size: size_of::<Frame>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::UNIFORM
+                    | wgpu::BufferUsages::COPY_DST
+                    | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             });
             let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -286,7 +288,8 @@ impl Renderer {
             encoder.clear_buffer(&gpu.arguments, gpu.tallies_offset(), None);
         }
         let occlusion = view.culling == Culling::Occlusion && on_cpu.is_none();
-        let trees = |index: usize| ListedTrees { index, on_cpu: on_cpu.as_ref().map(|l| &l[index]) };
+        let trees =
+            |index: usize| ListedTrees { index, on_cpu: on_cpu.as_ref().map(|l| &l[index]) };
         let falls = &forest.falls;
         let fall_frame = falls.frame(&Frustum::new(frame.clip_from_world), view, 0, 0);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));

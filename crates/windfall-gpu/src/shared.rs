@@ -64,20 +64,29 @@ macro_rules! gpu_struct {
                 std::mem::offset_of!($name, $field) % <$ty as WgslType>::ALIGN == 0,
                 concat!(stringify!($name), ".", stringify!($field), " is misaligned for WGSL"),
             );)*
-            let aligns = [$(<$ty as WgslType>::ALIGN),*];
-            let mut largest = 1;
-            let mut i = 0;
-            while i < aligns.len() {
-                if aligns[i] > largest {
-                    largest = aligns[i];
-                }
-                i += 1;
-            }
             assert!(
-                std::mem::size_of::<$name>() % largest == 0,
+                std::mem::size_of::<$name>() % <$name as WgslType>::ALIGN == 0,
                 concat!(stringify!($name), " needs padding at its end for WGSL"),
             );
         };
+
+        impl $crate::shared::WgslType for $name {
+            const ALIGN: usize = {
+                let aligns = [$(<$ty as $crate::shared::WgslType>::ALIGN),*];
+                let mut largest = 1;
+                let mut i = 0;
+                while i < aligns.len() {
+                    if aligns[i] > largest {
+                        largest = aligns[i];
+                    }
+                    i += 1;
+                }
+                largest
+            };
+            fn name() -> String {
+                stringify!($name).to_owned()
+            }
+        }
 
         impl $name {
             /// The WGSL declaration of this struct.

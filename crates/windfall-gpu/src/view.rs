@@ -195,10 +195,8 @@ impl View {
     }
 
     /// The default of `shadow_detail`: shadows are softer than what casts them.
-    pub const SHADOW_DETAIL: Simplification = Simplification {
-        reduction: Reduction::Distance { d0: 15.0 },
-        ..Simplification::DEFAULT
-    };
+    pub const SHADOW_DETAIL: Simplification =
+        Simplification { reduction: Reduction::Distance { d0: 15.0 }, ..Simplification::DEFAULT };
 
     pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);

@@ -5,7 +5,7 @@ use windfall_core::forest::Placement;
 use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
-use windfall_gpu::{Elimination, Strategy};
+use windfall_gpu::{Culling, Elimination, Strategy};
 
 /// Largest width or height of a picture, pixels; a device may allow less.
 const LARGEST_SIDE: u32 = 16_384;
@@ -79,6 +79,7 @@ impl Scene {
         let known = [
             ("strategy", self.strategy.parse::<Strategy>().err()),
             ("elimination", self.elimination.parse::<Elimination>().err()),
+            ("culling", self.culling.parse::<Culling>().err()),
         ];
         for (place, unknown) in known {
             if let Some(unknown) = unknown {
@@ -93,6 +94,7 @@ impl Scene {
             }
             number(&place, strip.radius, 0.0, 1000.0)?;
         }
+        self.check_detail(file)?;
         self.check_trees(file)?;
         if self.camera.is_empty() {
             return fail("camera", "the list".to_owned(), "has no key");

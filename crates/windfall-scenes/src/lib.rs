@@ -6,10 +6,12 @@
 #![deny(missing_docs)]
 
 mod check;
+mod detail;
 mod named;
 mod stage;
 mod throw;
 
+pub use detail::{DetailEntry, FadeEntry, FadeRangeEntry};
 pub use named::{NAMES, named};
 pub use stage::Stage;
 
@@ -92,6 +94,15 @@ pub struct Scene {
     /// Whether the sun casts shadows.
     #[serde(default = "defaults::yes")]
     pub shadows: bool,
+    /// How distant trees are simplified.
+    #[serde(default)]
+    pub detail: DetailEntry,
+    /// How those are simplified that cast shadows.
+    #[serde(default = "DetailEntry::shadow")]
+    pub shadow_detail: DetailEntry,
+    /// Which trees are left out: `off`, `clip-space`, `sphere` or `occlusion`.
+    #[serde(default = "defaults::culling")]
+    pub culling: String,
 }
 
 /// A kind of tree in the forest.
@@ -253,6 +264,9 @@ mod defaults {
     }
     pub fn elimination() -> String {
         windfall_gpu::Elimination::default().to_string()
+    }
+    pub fn culling() -> String {
+        windfall_gpu::Culling::default().to_string()
     }
     pub fn size() -> (u32, u32) {
         (1280, 720)

@@ -135,6 +135,9 @@ impl Scene {
             season: self.season,
             shadows: self.shadows,
             show: Show::default(),
+            detail: self.detail.simplification(),
+            shadow_detail: self.shadow_detail.simplification(),
+            culling: self.culling.parse().unwrap_or_default(),
         }
     }
 

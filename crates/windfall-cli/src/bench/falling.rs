@@ -11,9 +11,10 @@ use serde::Serialize;
 use std::path::PathBuf;
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
-use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Show, Sky, Strategy, View};
+use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Strategy, View};
 use windfall_scenes::Stage;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
@@ -144,12 +145,11 @@ fn grove() -> Stage {
 
 fn view(eye: Vec3, target: Vec3, time: f32) -> View {
     View {
-        camera: Camera { eye, target, fov_y: 0.9, near: 0.1 },
-        sky: Sky::default(),
         time,
         season: 0.55,
         shadows: false,
-        show: Show::Picture,
+        detail: Simplification::NONE,
+        ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
     }
 }
 

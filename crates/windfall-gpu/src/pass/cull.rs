@@ -53,7 +53,8 @@ impl Cull {
             label: Some("cull"),
             entries: &entries,
         });
-        let constants = format!("const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n");
+        let constants =
+            format!("const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n");
         let source = compose(&[
             &constants,
             include_str!("../../shaders/shared/shed.wgsl"),
@@ -138,7 +139,9 @@ impl Cull {
         let placed = empty(
             "trees to draw",
             lists * places * size_of::<TreeInstance>() as u64,
-            wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            wgpu::BufferUsages::VERTEX
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
         );
         let buffers = [
             &uniform,

@@ -10,8 +10,6 @@ use crate::shared::LooseLeaf;
 
 pub(crate) struct Falls {
     pub layout: wgpu::BindGroupLayout,
-    pub detach_layout: wgpu::BindGroupLayout,
-    detach: wgpu::ComputePipeline,
     windows: wgpu::ComputePipeline,
     find: wgpu::ComputePipeline,
     land: wgpu::ComputePipeline,
@@ -57,7 +55,6 @@ impl Falls {
         let device = shaders.device;
         let layout_falls =
             layout(device, "falls", &[false, false, false, false, false, true, true, true]);
-        let detach_layout = layout(device, "detach", &[true, true]);
         let compute = |label: &str, source: &str, shared: &[&str], group: &_| {
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(label),
@@ -78,7 +75,6 @@ impl Falls {
             })
         };
         let falls = include_str!("../../shaders/falls.wgsl");
-        let detach = include_str!("../../shaders/detach.wgsl");
         let leaf = wgpu::VertexBufferLayout {
             array_stride: size_of::<LooseLeaf>() as u64,
             step_mode: wgpu::VertexStepMode::Instance,
@@ -100,7 +96,6 @@ impl Falls {
             })
         };
         Self {
-            detach: compute("detach", detach, &SHARED[1..2], &detach_layout),
             windows: compute("windows", falls, &SHARED, &layout_falls),
             find: compute("find", falls, &SHARED, &layout_falls),
             land: compute("land", falls, &SHARED, &layout_falls),
@@ -115,15 +110,7 @@ impl Falls {
                 DrawTarget::Shadow,
             ),
             layout: layout_falls,
-            detach_layout,
         }
-    }
-
-    /// Counts the leaves that have left the visible trees.
-    pub fn detach(&self, pass: &mut wgpu::ComputePass<'_>, group: &wgpu::BindGroup, visible: u32) {
-        pass.set_pipeline(&self.detach);
-        pass.set_bind_group(1, group, &[]);
-        pass.dispatch_workgroups(visible.div_ceil(GROUP), 1, 1);
     }
 
     /// Lists the leaves that have newly detached.
@@ -184,7 +171,7 @@ impl Falls {
 #[cfg(test)]
 mod tests {
     use crate::shared::LooseLeaf;
-    use crate::{Camera, Falls, GpuForest, Renderer, Sky, Target, View};
+    use crate::{Camera, Falls, GpuForest, Renderer, Target, View};
     use glam::{Quat, Vec3};
     use std::collections::HashMap;
     use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
@@ -290,19 +277,13 @@ mod tests {
                 view_formats: &[],
             });
             let picture = texture.create_view(&Default::default());
-            let view = View {
-                camera: Camera {
-                    eye: Vec3::new(0.0, 1000.0, 3000.0),
-                    target: Vec3::ZERO,
-                    fov_y: 1.0,
-                    near: 0.1,
-                },
-                sky: Sky::default(),
-                time,
-                season: 0.5,
-                shadows: false,
-                show: crate::Show::Picture,
+            let camera = Camera {
+                eye: Vec3::new(0.0, 1000.0, 3000.0),
+                target: Vec3::ZERO,
+                fov_y: 1.0,
+                near: 0.1,
             };
+            let view = View { time, shadows: false, ..View::new(camera) };
             let profiler = GpuProfiler::new(
                 device,
                 GpuProfilerSettings { enable_timer_queries: false, ..Default::default() },

@@ -27,7 +27,7 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |vertex, fragment, alpha_to_coverage, target| {
+        let pipeline = |vertex, fragment: Option<&'static str>, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label: fragment.unwrap_or("leaf shadow"),
                 source: include_str!("../../shaders/leaves.wgsl"),
