@@ -365,3 +365,196 @@ pub(crate) fn mean_color(model: &Model, season: f32, offset: f32) -> Vec3 {
     }
     sum / 15.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, Falls, GpuForest, Renderer, Target};
+    use std::collections::HashMap;
+    use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+    use windfall_core::forest::{Placement, Terrain};
+    use windfall_core::simplify::{Fade, FadeBy, Growth};
+    use windfall_core::tree::Tree;
+    use windfall_core::tree::species::Species;
+
+    #[test]
+    fn buckets_hold_what_is_drawn_and_little_more() {
+        for drawn in [1.0, 0.999, 0.5, 0.3, 0.06, 0.001, 1e-5, 0.0, f32::NAN] {
+            let bucket = bucket_of(drawn);
+            assert!((1..=BUCKETS).contains(&bucket), "{drawn}: {bucket}");
+            if drawn > bucket_share(1) {
+                let share = bucket_share(bucket);
+                assert!(share >= drawn * 0.9999 && share < drawn * 1.19, "{drawn}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn parts_are_each_leaf_once() {
+        for leaves in [0u32, 1, 63, 64, 65, 1000, 20_000] {
+            // Leaves of three and six indices in turn.
+            let starts: Vec<u32> = (0..=leaves).map(|i| i / 2 * 9 + i % 2 * 3).collect();
+            let parts = leaf_parts(&starts);
+            let mut end = 0;
+            let mut low = 0;
+            for part in &parts {
+                assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
+                assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == BUCKETS);
+                (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
+            }
+            assert_eq!(end, starts[leaves as usize]);
+            // Trees of any bucket are drawn with the leaves that they need.
+            for bucket in 1..=BUCKETS {
+                let drawn: u32 =
+                    parts.iter().filter(|p| p.buckets.0 <= bucket).map(|p| p.indices.1).sum();
+                let needed = (f64::from(bucket_share(bucket)) * f64::from(leaves)).floor() as usize;
+                let least = if needed >= 64 { starts[needed] } else { 0 };
+                assert!(drawn >= least, "{leaves} leaves, bucket {bucket}: {drawn} of {least}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_bucket_has_one_level_of_wood() {
+        let levels = [(0, 3000), (3000, 1500), (4500, 300)];
+        let parts = wood_parts(&levels, true);
+        for bucket in 1..=BUCKETS {
+            let of = parts.iter().filter(|p| (p.buckets.0..=p.buckets.1).contains(&bucket));
+            let of: Vec<_> = of.collect();
+            assert_eq!(of.len(), 1, "{bucket}: {parts:?}");
+            let share = of[0].indices.1 as f32 / 3000.0;
+            assert!(share >= bucket_share(bucket) || of[0].indices == levels[0]);
+        }
+        assert_eq!(parts.last().map(|p| p.indices), Some(levels[0]));
+        assert_eq!(wood_parts(&levels, false).len(), 1);
+        assert_eq!(wood_parts(&[(0, 0)], true), []);
+    }
+
+    fn read<T: bytemuck::Pod>(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        buffer: &wgpu::Buffer,
+    ) -> Vec<T> {
+        let copy = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+        queue.submit([encoder.finish()]);
+        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        bytemuck::cast_slice(&copy.slice(..).get_mapped_range()).to_vec()
+    }
+
+    /// Every way of simplifying and culling, from the middle of a forest.
+    #[test]
+    fn the_gpu_makes_the_lists_of_the_cpu() {
+        let (device, queue) = windfall_testing::device();
+        let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let profiler = GpuProfiler::new(&device, settings).unwrap();
+        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+        let renderer = Renderer::new(&device, format);
+        let canvas = renderer.canvas(&device, 64, 48);
+        let picture = device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 64, height: 48, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let trees: Vec<Tree> =
+            [Species::Birch, Species::Oak].iter().map(|s| s.grow_with(1, 300)).collect();
+        let placement = Placement {
+            trees: 300,
+            spacing: 7.0,
+            keep_out: Vec::new(),
+            scale: (0.7, 1.3),
+            season_spread: 0.2,
+            seed: 11,
+        };
+        let placed = placement.place(Terrain::rolling(500.0, 6.0, 2), &[1.0, 2.0]);
+        let forest =
+            GpuForest::with_falls(&device, &queue, &renderer, &trees, &placed, &Falls::default());
+        let near = Simplification {
+            reduction: Reduction::Distance { d0: 12.0 },
+            h: 0.6,
+            growth: Growth::UNBOUNDED,
+            fade: Fade { range: FadeRange::Linear(0.1), early: true, ..Fade::default() },
+            ..Simplification::DEFAULT
+        };
+        let by_area = Simplification {
+            reduction: Reduction::ProjectedArea { b0: 2000.0 },
+            color_contrast: false,
+            fade: Fade { by: FadeBy::Opacity, full_at_one: false, ..Fade::default() },
+            ..near
+        };
+        let camera =
+            Camera { eye: Vec3::new(5.0, 9.0, 30.0), target: Vec3::ZERO, fov_y: 0.9, near: 0.1 };
+        let mut simplified = 0;
+        for detail in [Simplification::DEFAULT, near, by_area, Simplification::NONE] {
+            for culling in [Culling::Off, Culling::ClipSpace, Culling::Sphere] {
+                let view = View { detail, culling, time: 120.0, ..View::new(camera) };
+                let mut encoder = device.create_command_encoder(&Default::default());
+                let picture = picture.create_view(&Default::default());
+                let target = Target { canvas: &canvas, picture: &picture };
+                renderer.render(&queue, &mut encoder, &profiler, &forest, &view, target);
+                queue.submit([encoder.finish()]);
+                let on_gpu: Vec<TreeInstance> = read(&device, &queue, &forest.lists.placed);
+                let words: Vec<u32> = read(&device, &queue, &forest.lists.arguments);
+
+                let clip_from_world = camera.clip_from_world(64.0 / 48.0);
+                let list = TreeList::new(clip_from_world, &view, 48, &detail, culling);
+                let on_cpu = forest.list_on_cpu(&list, &detail, &view);
+                assert!(on_cpu.tallies[0] > 50);
+                for (i, range) in on_cpu.instances.iter().enumerate() {
+                    let [indices, count, first, _, begin] =
+                        [0, 1, 2, 3, 4].map(|word| words[5 * i + word]);
+                    let part = forest.trees.parts[i];
+                    assert_eq!((first, indices), part.indices);
+                    // A tree at the bound of two buckets may be in either.
+                    let [a, b] = [begin.abs_diff(range.start), count.abs_diff(range.len() as u32)];
+                    assert!(a <= 1 && b <= 1, "draw {i}: {begin} {count}, not {range:?}");
+                }
+                for (m, crown) in forest.trees.crowns.iter().enumerate() {
+                    let first = crown.tree_first as usize;
+                    let count = on_cpu.instances[forest.trees.draws[m].0.start as usize].len();
+                    let expected: HashMap<u32, &TreeInstance> =
+                        on_cpu.placed[first..first + count].iter().map(|t| (t.seed, t)).collect();
+                    for tree in &on_gpu[first..first + count] {
+                        let wanted = expected[&tree.seed];
+                        let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 + 2e-3 * b.abs();
+                        assert!(
+                            near(tree.lambda, wanted.lambda)
+                                && near(tree.fade_end, wanted.fade_end)
+                                && near(tree.fade_slope, wanted.fade_slope)
+                                && near(tree.growth, wanted.growth)
+                                && near(tree.shading_contrast, wanted.shading_contrast)
+                                && near(tree.color_contrast, wanted.color_contrast)
+                                && tree.mean_color.distance(wanted.mean_color) < 1e-4
+                                && tree.detached.abs_diff(wanted.detached) <= 1,
+                            "{tree:?}\nis not\n{wanted:?}"
+                        );
+                        simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
+                    }
+                    let shares = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
+                    assert!(shares.rev().is_sorted(), "the more detailed first");
+                }
+                let counted = |i: usize| {
+                    let at = words.len() - TALLIES as usize + 2 * i;
+                    u64::from(words[at]) | u64::from(words[at + 1]) << 32
+                };
+                for (i, &wanted) in on_cpu.tallies.iter().enumerate() {
+                    let apart = counted(i).abs_diff(wanted) as f64 / wanted as f64;
+                    assert!(apart < 5e-3, "tally {i}: {} for {wanted}", counted(i));
+                }
+            }
+        }
+        assert!(simplified > 300, "{simplified}");
+    }
+}
