@@ -8,6 +8,7 @@ mod gpu;
 mod output;
 mod path;
 mod render;
+mod simplify;
 mod tree;
 
 use anyhow::Context;
@@ -24,6 +25,7 @@ Examples:
   windfall render my.ron --frames 0-149 --fps 30 --out film.mp4
   windfall render lone-oak --json --out oak.png | jq .frames[0].leaves_total
   windfall tree inspect my_oak.glb
+  windfall simplify my_oak.glb --lambda 0.1 --out far_oak.glb
   windfall path simulate --species maple --seconds 8 --out maple.path
 
 Environment: WGPU_BACKEND (vulkan, metal, dx12, gl) and WGPU_ADAPTER_NAME choose the GPU,
@@ -48,6 +50,8 @@ enum Command {
     Render(Box<render::Args>),
     /// Look into a tree file, or write a built-in species as one
     Tree(tree::Args),
+    /// Write a tree with a share of its leaves, for other programs
+    Simplify(simplify::Args),
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
     /// Measure what falling leaves cost on this machine's GPU
@@ -77,6 +81,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Tree(args) => tree::run(&args),
+        Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
         Command::Bench(args) => bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),

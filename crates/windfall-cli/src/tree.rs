@@ -48,7 +48,7 @@ enum Command {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         Command::Inspect { tree, leaves, height, json } => {
-            let tree = read_or_grow(tree, leaves, *height)?;
+            let tree = read_or_grow(tree, 0, leaves, *height)?;
             inspect(&tree, *json)
         }
         Command::Export { species, seed, out } => {
@@ -59,14 +59,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-fn read_or_grow(name: &str, leaves: &[String], height: Option<f32>) -> anyhow::Result<Tree> {
+/// Reads a tree file, or grows the species of that name.
+pub fn read_or_grow(
+    name: &str,
+    seed: u32,
+    leaves: &[String],
+    height: Option<f32>,
+) -> anyhow::Result<Tree> {
     if let Some(height) = height
         && !(0.01..=1000.0).contains(&height)
     {
         bail!("--height {height}: is not 0.01 to 1000 metres");
     }
     if let Ok(species) = name.parse::<Species>() {
-        let mut tree = species.grow(0);
+        let mut tree = species.grow(seed);
         if let Some(height) = height {
             tree.set_height(height);
         }

@@ -10,7 +10,7 @@ pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
 
 use crate::rng::{Rng, hash, unit};
-use crate::simplify::visibility;
+use crate::simplify::visible_share;
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
@@ -32,9 +32,7 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
-    /// [`Visibility::share`] of the leaves as they were assembled: `r` of Fichtner's equation 3.
-    ///
-    /// [`Visibility::share`]: crate::simplify::Visibility::share
+    /// [`visible_share`] of the leaves as they were assembled: `r` of Fichtner's equation 3.
     pub visible_share: f32,
 }
 
@@ -159,7 +157,7 @@ impl Foliage {
             crown_center,
             visible_share: 0.0,
         };
-        foliage.visible_share = visibility(&foliage).share;
+        foliage.visible_share = visible_share(&foliage);
         foliage
     }
 

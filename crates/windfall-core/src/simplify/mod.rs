@@ -5,15 +5,17 @@
 //! `λN` of its `N` leaves in prune order, larger and with less contrast. [`Simplification::level`] is
 //! the reference for the shaders.
 
+mod budget;
 mod level;
 mod nearest;
 mod order;
 mod visible;
 mod wood;
 
+pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
-pub use visible::{Visibility, openness, sides, visibility};
+pub use visible::{openness, sides, visible_areas, visible_share};
 pub use wood::{WoodLevel, wood_levels};
 
 /// How foliage is simplified.

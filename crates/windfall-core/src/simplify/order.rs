@@ -1,7 +1,7 @@
 //! Prune orders: which leaves a simplified tree keeps.
 
 use super::nearest::Nearest;
-use super::visible::visibility;
+use super::visible::visible_areas;
 use crate::foliage::Foliage;
 use crate::rng::Rng;
 use glam::Vec3;
@@ -79,7 +79,7 @@ impl Foliage {
         match order {
             PruneOrder::Random => {}
             PruneOrder::Importance => {
-                let seen = visibility(self).leaves;
+                let seen = visible_areas(self);
                 let mut indices: Vec<u32> = (0..self.leaves.len() as u32).collect();
                 indices.sort_by(|&a, &b| seen[b as usize].total_cmp(&seen[a as usize]));
                 self.permute(&indices);
@@ -91,6 +91,15 @@ impl Foliage {
         }
         for (i, leaf) in self.leaves.iter().enumerate() {
             self.shed_order[leaf.shed_rank as usize] = i as u32;
+        }
+    }
+
+    /// Keeps the first leaves in prune order, as many as `count`, in the shed order that they had.
+    pub fn truncate(&mut self, count: usize) {
+        self.leaves.truncate(count);
+        self.shed_order.retain(|&leaf| (leaf as usize) < count);
+        for (rank, &leaf) in self.shed_order.iter().enumerate() {
+            self.leaves[leaf as usize].shed_rank = rank as u32;
         }
     }
 
@@ -310,10 +319,26 @@ mod tests {
     }
 
     #[test]
+    fn a_prefix_sheds_in_the_order_of_the_whole() {
+        let whole = Species::Ginkgo.grow_with(2, 500).foliage;
+        let mut few = whole.clone();
+        few.truncate(60);
+        assert_eq!(centers(&few), centers(&whole)[..60]);
+        let mut of_whole = whole.shed_order.clone();
+        of_whole.retain(|&leaf| leaf < 60);
+        assert_eq!(few.shed_order, of_whole);
+        assert!(
+            (0..60).all(|rank| few.leaves[few.shed_order[rank] as usize].shed_rank == rank as u32)
+        );
+        few.truncate(1000);
+        assert_eq!(few.leaves.len(), 60);
+    }
+
+    #[test]
     fn the_most_visible_come_first() {
         let mut foliage = Species::Beech.grow_with(1, 3000).foliage;
         foliage.set_prune_order(PruneOrder::Importance, 1);
-        let seen = visibility(&foliage).leaves;
+        let seen = visible_areas(&foliage);
         assert!(seen.is_sorted_by(|a, b| a >= b));
         assert!(seen[100] > 2.0 * seen[2000], "{} {}", seen[100], seen[2000]);
     }

@@ -1,8 +1,8 @@
 //! Writes a tree as plain glTF 2.0, for any other program.
 
 use super::{Image, Material, Surface, Tree};
-use crate::foliage::Palette;
-use glam::{Vec2, Vec3};
+use crate::foliage::{Leaf, Palette};
+use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
 use std::io::Cursor;
 
@@ -44,6 +44,35 @@ pub enum ExportError {
 ///
 /// If an index of the tree refers to nothing.
 pub fn export_glb(tree: &Tree) -> Result<Vec<u8>, ExportError> {
+    write(tree, false)
+}
+
+/// [`export_glb`] for programs that simplify leaves themselves: they draw a prefix of the indices.
+///
+/// In each primitive of `leaves` the leaves are in prune order, as many indices each (triangles
+/// without area fill up the shorter ones), and its `extras` say
+///
+/// | field | |
+/// |---|---|
+/// | `leaves` | their number `N` |
+/// | `indicesPerLeaf` | indices of each: the first `round(λ N)` times as many draw a share `λ` |
+/// | `visibleShare` | `r` of [`crate::simplify::area_scale`], for the factor `√s` on their size |
+///
+/// A vertex attribute `_LEAF` (four floats) holds the leaf's centre, about which it grows, and its
+/// rank from 0 to 1, over which it fades.
+///
+/// # Errors
+///
+/// As [`export_glb`].
+///
+/// # Panics
+///
+/// As [`export_glb`].
+pub fn export_glb_in_prune_order(tree: &Tree) -> Result<Vec<u8>, ExportError> {
+    write(tree, true)
+}
+
+fn write(tree: &Tree, in_prune_order: bool) -> Result<Vec<u8>, ExportError> {
     let mut writer = Writer::default();
     let mut nodes = Vec::new();
 
@@ -71,14 +100,30 @@ pub fn export_glb(tree: &Tree) -> Result<Vec<u8>, ExportError> {
     let foliage = &tree.foliage;
     let leaves = (0..foliage.materials.len() as u32).map(|material| {
         let mut part = Part::default();
-        for leaf in foliage.leaves.iter().filter(|leaf| leaf.material == material) {
-            let shape = &foliage.shapes[leaf.shape as usize];
+        let of_material = || foliage.leaves.iter().filter(|leaf| leaf.material == material);
+        let shape = |leaf: &Leaf| &foliage.shapes[leaf.shape as usize];
+        let count = of_material().count();
+        let most = of_material().map(|leaf| shape(leaf).indices.len()).max().unwrap_or(0);
+        for (i, leaf) in of_material().enumerate() {
+            let shape = shape(leaf);
             let base = part.positions.len() as u32;
             part.indices.extend(shape.indices.iter().map(|i| base + i));
             for ((&p, &n), &uv) in shape.positions.iter().zip(&shape.normals).zip(&shape.uvs) {
                 let position = leaf.center + leaf.orientation * p * leaf.scale;
                 part.push(position, leaf.orientation * n, uv);
             }
+            if in_prune_order {
+                part.indices.resize((i + 1) * most, base);
+                let rank = i as f32 / count as f32;
+                part.leaves.resize(part.positions.len(), leaf.center.extend(rank));
+            }
+        }
+        if in_prune_order {
+            part.extras = Some(json!({
+                "leaves": count,
+                "indicesPerLeaf": most,
+                "visibleShare": foliage.visible_share,
+            }));
         }
         part
     });
@@ -93,6 +138,9 @@ struct Part {
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
     indices: Vec<u32>,
+    /// Centre and rank of each vertex's leaf; empty, or as many as positions.
+    leaves: Vec<Vec4>,
+    extras: Option<Value>,
 }
 
 impl Part {
@@ -150,11 +198,19 @@ impl Writer {
                 "SCALAR",
                 part.indices.len(),
             );
-            primitives.push(json!({
+            let mut primitive = json!({
                 "attributes": { "POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs },
                 "indices": indices,
                 "material": material,
-            }));
+            });
+            if !part.leaves.is_empty() {
+                let leaves = self.accessor(&part.leaves, ARRAY_BUFFER, FLOAT, "VEC4", count);
+                primitive["attributes"]["_LEAF"] = json!(leaves);
+            }
+            if let Some(extras) = part.extras {
+                primitive["extras"] = extras;
+            }
+            primitives.push(primitive);
         }
         if !primitives.is_empty() {
             nodes.push(json!({ "name": name, "mesh": self.meshes.len() }));

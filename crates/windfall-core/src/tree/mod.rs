@@ -5,7 +5,7 @@ mod import;
 mod inspect;
 pub mod species;
 
-pub use export::{ExportError, export_glb};
+pub use export::{ExportError, export_glb, export_glb_in_prune_order};
 pub use import::{ImportOptions, Resolve, import};
 pub use inspect::{Inspection, TextureInspection};
 

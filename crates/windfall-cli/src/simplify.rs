@@ -1,0 +1,154 @@
+//! `windfall simplify`: a tree with a share of its leaves, as plain glTF.
+
+use crate::output::write_whole;
+use crate::tree::read_or_grow;
+use anyhow::bail;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use windfall_core::simplify::{PruneOrder, WoodLevel, area_scale, wood_levels};
+use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
+
+/// Arguments of `windfall simplify`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// A .glb or .gltf file, or the name of a species
+    #[arg(value_name = "FILE|SPECIES")]
+    tree: String,
+    /// Share of the leaves that is kept, above 0, at most 1
+    #[arg(long, value_name = "SHARE", required_unless_present = "all_in_order")]
+    lambda: Option<f32>,
+    /// Which leaves are kept: the first in this order: random, importance or blue-noise
+    #[arg(long, value_name = "NAME", default_value_t)]
+    prune_order: PruneOrder,
+    /// Leave the leaves that are kept as large as they are
+    #[arg(long)]
+    no_area_preservation: bool,
+    /// Trunk and branches: simplified (to the same share), full or none
+    #[arg(long, value_name = "HOW", default_value = "simplified")]
+    wood: WoodAs,
+    /// Keep all leaves, in prune order and as many indices each, so that another program can draw
+    /// any prefix; the primitive's `extras` say how
+    #[arg(long, conflicts_with_all = ["lambda", "no_area_preservation"])]
+    all_in_order: bool,
+    /// Name of a node, mesh or material that is leaves; may be given again
+    #[arg(long, value_name = "NAME")]
+    leaves: Vec<String>,
+    /// Rescale to this height, metres
+    #[arg(long, value_name = "M")]
+    height: Option<f32>,
+    /// Key of everything random
+    #[arg(long, default_value_t = 0)]
+    seed: u32,
+    /// Print one JSON object of what was kept
+    #[arg(long)]
+    json: bool,
+    /// File to write
+    #[arg(long, value_name = "FILE.glb")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum WoodAs {
+    Simplified,
+    Full,
+    None,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    prune_order: String,
+    lambda: f32,
+    leaves: usize,
+    leaves_full: usize,
+    leaf_triangles: usize,
+    leaf_triangles_full: usize,
+    /// `r` of equation 3.
+    visible_share: f32,
+    /// Factor on the length of the leaves that are kept.
+    growth: f32,
+    wood_triangles: usize,
+    wood_triangles_full: usize,
+    wood_error_m: f32,
+    bytes: usize,
+}
+
+/// Runs `windfall simplify`.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let lambda = args.lambda.unwrap_or(1.0);
+    if !(lambda > 0.0 && lambda <= 1.0) {
+        bail!("--lambda {lambda}: is not a share above 0 and at most 1");
+    }
+    if same_file(Path::new(&args.tree), &args.out) {
+        bail!("--out {}: is the file that is read", args.out.display());
+    }
+    if !args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
+        bail!("--out {}: is not a .glb file", args.out.display());
+    }
+    let mut tree = read_or_grow(&args.tree, args.seed, &args.leaves, args.height)?;
+    let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
+    let leaf_triangles_full = tree.foliage.triangle_count();
+    let visible_share = tree.foliage.visible_share;
+    tree.foliage.set_prune_order(args.prune_order, args.seed);
+    let leaves = ((lambda * leaves_full as f32).round() as usize).clamp(1, leaves_full.max(1));
+    let lambda = leaves as f32 / leaves_full.max(1) as f32;
+    let growth = if args.no_area_preservation || args.all_in_order {
+        1.0
+    } else {
+        area_scale(lambda, visible_share).sqrt()
+    };
+    tree.foliage.truncate(leaves);
+    for leaf in &mut tree.foliage.leaves {
+        leaf.scale *= growth;
+    }
+    let wood_error_m = simplify_wood(&mut tree, args.wood, lambda);
+    let bytes =
+        if args.all_in_order { export_glb_in_prune_order(&tree) } else { export_glb(&tree) }?;
+    write_whole(&args.out, |file| Ok(file.write_all(&bytes)?))?;
+    if args.json {
+        let report = Report {
+            prune_order: args.prune_order.to_string(),
+            lambda,
+            leaves,
+            leaves_full,
+            leaf_triangles: tree.foliage.triangle_count(),
+            leaf_triangles_full,
+            visible_share,
+            growth,
+            wood_triangles: tree.wood_triangles(),
+            wood_triangles_full,
+            wood_error_m,
+            bytes: bytes.len(),
+        };
+        writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
+    }
+    Ok(())
+}
+
+/// Brings the wood to the level nearest to `share` of its triangles; its error, metres.
+fn simplify_wood(tree: &mut Tree, wood: WoodAs, share: f32) -> f32 {
+    match wood {
+        WoodAs::Full => 0.0,
+        WoodAs::None => {
+            tree.wood.indices.clear();
+            0.0
+        }
+        WoodAs::Simplified => {
+            let target = share * tree.wood.indices.len().max(1) as f32;
+            let off = |level: &WoodLevel| (level.indices.len().max(1) as f32 / target).ln().abs();
+            let nearest =
+                wood_levels(&tree.wood).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            let Some(level) = nearest else { return 0.0 };
+            tree.wood.indices = level.indices;
+            level.error
+        }
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
