@@ -73,7 +73,9 @@ impl Gpu {
         let timers = GpuProfiler::ALL_WGPU_TIMER_FEATURES & adapter.features();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("windfall"),
-            required_features: timers,
+            // Levels of wood are drawn from the middle of a list.
+            required_features: timers
+                | (adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE),
             required_limits: adapter.limits(),
             ..Default::default()
         }))

@@ -1,5 +1,6 @@
 // Which trees are drawn, in which detail: lists in which the more detailed trees of a model come
-// first, so that each part of its leaves is drawn for a prefix of them. A stable counting sort: the
+// first, so that each part of its leaves is drawn for a prefix of them, and each level of its wood for
+// a range. For each view there is a list for leaves, and four behind it one for wood. A stable counting sort: the
 // order of a list, and so the picture, does not depend on the order in which threads run.
 
 @group(1) @binding(0) var<uniform> cull: CullFrame;
@@ -31,11 +32,11 @@ fn block_total() -> u32 {
 }
 
 fn bucket_starts() -> u32 {
-    return 4u * block_total() * BUCKETS;
+    return LISTS * block_total() * BUCKETS;
 }
 
 fn tally(which: u32, amount: u32) {
-    let at = 20u * cull.draw_count + 2u * which;
+    let at = LISTS * 5u * cull.draw_count + 2u * which;
     let before = atomicAdd(&arguments[at], amount);
     if before + amount < before {
         atomicAdd(&arguments[at + 1u], 1u);
@@ -118,6 +119,28 @@ fn bound(x: f32, z: f32, radius: f32, side: f32) -> f32 {
     return (x * tangent + side * z * radius) / max(z * tangent - side * x * radius, 1e-9);
 }
 
+// The list that a row of workgroups makes: leaves of each view, then wood of each view.
+fn list_of(row: u32, rows: u32) -> u32 {
+    return select(row, row - rows / 2u + 4u, row >= rows / 2u);
+}
+
+// The finest level of wood is the highest bucket.
+fn wood_bucket(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> u32 {
+    let error = list.wood_pixels * distance(center, list.eye) / (list.pixels * scale);
+    var level = 1u;
+    while level < crown.wood_levels && crown.wood_errors[level / 4u][level % 4u] <= error {
+        level += 1u;
+    }
+    return BUCKETS + 1u - level;
+}
+
+fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> u32 {
+    if list_index >= 4u {
+        return wood_bucket(list, crown, scale, center);
+    }
+    return bucket_of(fade_end(list, tree_level(list, crown, scale, center)));
+}
+
 fn bucket_of(drawn: f32) -> u32 {
     if drawn >= 1.0 {
         return BUCKETS;
@@ -158,13 +181,17 @@ fn count_block(list: u32, block: u32, local: u32, key: u32) {
 
 // Finds each tree's bucket in each list.
 @compute @workgroup_size(64)
-fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let list_index = group.y;
+fn classify(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) rows: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let list_index = list_of(group.y, rows.y);
     let place = group.x * 64u + local;
     let tree = trees[place];
     var key = 0u;
     if tree.model != NO_TREE {
-        let list = cull.lists[list_index];
+        let list = cull.lists[list_index % 4u];
         let crown = crowns[tree.model];
         let center = center_of(tree, crown);
         let radius = crown.radius * tree.scale;
@@ -175,7 +202,7 @@ fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
             seen = sphere_in(list, center, radius);
         }
         if seen {
-            key = bucket_of(fade_end(list, tree_level(list, crown, tree.scale, center)));
+            key = key_of(list_index, list, crown, tree.scale, center);
             if list.culling == 3u && hidden(seen_from_world, center, radius) {
                 key = HIDDEN;
             }
@@ -186,19 +213,24 @@ fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
 
 // Of the view's trees that were hidden in the frame before: those that are not hidden now.
 @compute @workgroup_size(64)
-fn reclassify(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn reclassify(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) rows: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let list_index = list_of(group.y, rows.y);
     let place = group.x * 64u + local;
     var key = 0u;
-    if keys[place] == HIDDEN {
+    if keys[list_index * cull.tree_count + place] == HIDDEN {
         let tree = trees[place];
         let list = cull.lists[0];
         let crown = crowns[tree.model];
         let center = center_of(tree, crown);
         if !hidden(list.clip_from_world, center, crown.radius * tree.scale) {
-            key = bucket_of(fade_end(list, tree_level(list, crown, tree.scale, center)));
+            key = key_of(list_index, list, crown, tree.scale, center);
         }
     }
-    count_block(0u, group.x, local, key);
+    count_block(list_index, group.x, local, key);
 }
 
 var<workgroup> totals: array<u32, BUCKETS>;
@@ -207,9 +239,13 @@ var<workgroup> from_bucket: array<u32, BUCKETS + 2u>;
 
 // For each model and list: where buckets begin, and the arguments of the draws.
 @compute @workgroup_size(64)
-fn arrange(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn arrange(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) rows: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
     let model = group.x;
-    let list = group.y;
+    let list = list_of(group.y, rows.y);
     let crown = crowns[model];
     let first = (list * block_total() + crown.tree_first / 64u) * BUCKETS;
     if local < BUCKETS {
@@ -236,6 +272,10 @@ fn arrange(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     var triangles = 0u;
     for (var i = local; i < crown.draw_count; i += 64u) {
         let draw = draws[crown.draw_first + i];
+        // Draws of leaves from the lists for leaves, those of wood from the others.
+        if (i < crown.leaf_draws) != (list < 4u) {
+            continue;
+        }
         let begin = from_bucket[draw.y + 1u];
         let end = from_bucket[draw.x];
         let at = 5u * (list * cull.draw_count + crown.draw_first + i);
@@ -246,7 +286,7 @@ fn arrange(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         atomicStore(&arguments[at + 4u], begin);
         triangles += draw.z / 3u * (end - begin);
     }
-    if list == 0u && triangles > 0u {
+    if list % 4u == 0u && triangles > 0u {
         tally(4u, triangles);
     }
 }
@@ -275,15 +315,19 @@ fn palette_color(model: Model, phase: f32) -> vec3<f32> {
 
 // Puts each tree in its place.
 @compute @workgroup_size(64)
-fn place(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let list_index = group.y;
+fn place(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) rows: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let list_index = list_of(group.y, rows.y);
     let at = group.x * 64u + local;
     let key = keys[list_index * cull.tree_count + at];
     let bucket = key & 0xffu;
     if bucket == 0u {
         return;
     }
-    let list = cull.lists[list_index];
+    let list = cull.lists[list_index % 4u];
     let tree = trees[at];
     let crown = crowns[tree.model];
     let level = tree_level(list, crown, tree.scale, center_of(tree, crown));

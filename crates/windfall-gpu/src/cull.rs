@@ -3,8 +3,8 @@
 //! A model's leaves are drawn in parts, in prune order: [`BUCKETS`] bounds a quarter of an octave
 //! apart. A tree's *bucket* is the lowest bound that holds all leaves it is drawn with. Lists are
 //! sorted by bucket, so that each part is one draw of a prefix of the model's trees, and the work
-//! follows the leaves that are drawn, not the trees that there are. The levels of simplified wood
-//! are one draw each of a range of the same list.
+//! follows the leaves that are drawn, not the trees that there are. Wood has lists of its own: there a
+//! bucket is a level of the simplified mesh, the finest the highest, drawn for a range of the list.
 
 use crate::model::GpuModel;
 use crate::pass::shadow::CASCADES;
@@ -24,8 +24,12 @@ pub(crate) const BUCKETS: u32 = 48;
 pub(crate) const OCTAVE: f32 = 4.0;
 /// Trees of a block.
 pub(crate) const BLOCK: u32 = 64;
-/// Lists of a frame: the view and the shadow maps.
-pub(crate) const LISTS: usize = 1 + CASCADES;
+/// What a frame is drawn for: the view and the shadow maps.
+pub(crate) const VIEWS: usize = 1 + CASCADES;
+/// Lists of a frame: those for leaves, then those for wood.
+pub(crate) const LISTS: usize = 2 * VIEWS;
+/// Most levels of wood.
+pub(crate) const WOOD_LEVELS: usize = 16;
 /// Leaves below which a part is not worth a draw of its own.
 const FEW_LEAVES: u32 = 64;
 /// Words that count, behind the arguments: two each for trees in view, their leaves, leaves by λ,
@@ -70,32 +74,18 @@ pub(crate) fn leaf_parts(starts: &[u32]) -> Vec<PartDraw> {
     parts
 }
 
-/// The levels of a model's wood, as ranges of indices from the finest to the coarsest: each tree is
-/// drawn with the coarsest that keeps as large a share of the triangles as it keeps of its leaves.
-pub(crate) fn wood_parts(levels: &[(u32, u32)], indirect_first_instance: bool) -> Vec<PartDraw> {
-    let Some(&full) = levels.first() else {
-        return Vec::new();
-    };
-    if full.1 == 0 {
-        return Vec::new();
-    }
-    if !indirect_first_instance {
-        return vec![PartDraw { buckets: (1, BUCKETS), indices: full }];
-    }
-    let level_of = |bucket: u32| {
-        let wanted = bucket_share(bucket) * full.1 as f32;
-        levels.iter().rposition(|l| l.1 as f32 >= wanted).unwrap_or(0)
-    };
-    let mut parts: Vec<PartDraw> = Vec::new();
-    for bucket in 1..=BUCKETS {
-        let indices = levels[level_of(bucket)];
-        match parts.last_mut() {
-            Some(part) if part.indices == indices => part.buckets.1 = bucket,
-            _ => parts.push(PartDraw { buckets: (bucket, bucket), indices }),
-        }
-    }
-    parts.retain(|part| part.indices.1 > 0);
-    parts
+/// The bucket of a tree that is drawn with this level of its wood.
+pub(crate) fn wood_bucket(level: u32) -> u32 {
+    BUCKETS - level
+}
+
+/// The levels of a model's wood, as ranges of indices from the finest to the coarsest.
+pub(crate) fn wood_parts(levels: &[(u32, u32)]) -> Vec<PartDraw> {
+    let parts = levels.iter().enumerate().map(|(level, &indices)| {
+        let bucket = wood_bucket(level as u32);
+        PartDraw { buckets: (bucket, bucket), indices }
+    });
+    parts.filter(|part| part.indices.1 > 0).collect()
 }
 
 impl TreeList {
@@ -135,6 +125,10 @@ impl TreeList {
             color_contrast: flag(detail.color_contrast),
             shading_contrast: flag(detail.shading_contrast),
             culling: culling as u32,
+            wood_pixels: detail.wood_pixels,
+            list_padding0: 0,
+            list_padding1: 0,
+            list_padding2: 0,
         }
     }
 }
@@ -195,6 +189,7 @@ impl Trees {
                 tree_first: first,
                 draw_first,
                 draw_count: end - draw_first,
+                leaf_draws: wood_first - draw_first,
                 block_count: (out.records.len() as u32 - first) / BLOCK,
                 ..model.crown
             });
@@ -203,7 +198,7 @@ impl Trees {
     }
 
     /// The frame's numbers.
-    pub fn frame(&self, lists: [TreeList; LISTS], view: &View, size: (u32, u32)) -> CullFrame {
+    pub fn frame(&self, lists: [TreeList; VIEWS], view: &View, size: (u32, u32)) -> CullFrame {
         CullFrame {
             lists,
             near: view.camera.near,
@@ -221,6 +216,7 @@ impl Trees {
     pub fn list_on_cpu(
         &self,
         list: &TreeList,
+        wood: bool,
         detail: &Simplification,
         season: impl Fn(usize, &TreeRecord) -> Vec3,
         detached: impl Fn(&TreeRecord, u32) -> u32,
@@ -243,8 +239,14 @@ impl Trees {
                     _ => frustum.sees_sphere(center, radius),
                 };
                 if seen {
-                    let level = detail.level(&crown.seen(tree, list, center));
-                    sorted.push((bucket_of(detail.drawn(&level)), level, tree));
+                    let seen = crown.seen(tree, list, center);
+                    let level = detail.level(&seen);
+                    let bucket = if wood {
+                        wood_bucket(crown.wood_level(detail.wood_error(&seen) / tree.scale))
+                    } else {
+                        bucket_of(detail.drawn(&level))
+                    };
+                    sorted.push((bucket, level, tree));
                 }
             }
             sorted.sort_by_key(|tree| std::cmp::Reverse(tree.0));
@@ -278,10 +280,12 @@ impl Trees {
                 out.tallies[2] += (level.lambda * leaves + 0.5) as u64;
                 out.tallies[3] += (drawn + 0.5) as u64;
             }
-            let draws = crown.draw_first as usize..(crown.draw_first + crown.draw_count) as usize;
-            for part in &self.parts[draws] {
+            for draw in 0..crown.draw_count {
+                let part = &self.parts[(crown.draw_first + draw) as usize];
                 let from = |bucket: u32| sorted.partition_point(|t| t.0 >= bucket) as u32;
+                let of_list = (draw >= crown.leaf_draws) == wood;
                 let range = from(part.buckets.1 + 1)..from(part.buckets.0);
+                let range = if of_list { range } else { 0..0 };
                 out.tallies[4] += u64::from(part.indices.1 / 3) * range.len() as u64;
                 out.instances.push(range);
             }
@@ -291,6 +295,17 @@ impl Trees {
 }
 
 impl Crown {
+    /// The coarsest level of wood within an error, metres.
+    fn wood_level(&self, error: f32) -> u32 {
+        let mut level = 1;
+        while level < self.wood_levels
+            && self.wood_errors[level as usize / 4][level as usize % 4] <= error
+        {
+            level += 1;
+        }
+        level - 1
+    }
+
     fn seen(&self, tree: &TreeRecord, list: &TreeList, center: Vec3) -> Seen {
         Seen {
             distance: center.distance(list.eye),
@@ -415,19 +430,11 @@ mod tests {
     }
 
     #[test]
-    fn each_bucket_has_one_level_of_wood() {
-        let levels = [(0, 3000), (3000, 1500), (4500, 300)];
-        let parts = wood_parts(&levels, true);
-        for bucket in 1..=BUCKETS {
-            let of = parts.iter().filter(|p| (p.buckets.0..=p.buckets.1).contains(&bucket));
-            let of: Vec<_> = of.collect();
-            assert_eq!(of.len(), 1, "{bucket}: {parts:?}");
-            let share = of[0].indices.1 as f32 / 3000.0;
-            assert!(share >= bucket_share(bucket) || of[0].indices == levels[0]);
-        }
-        assert_eq!(parts.last().map(|p| p.indices), Some(levels[0]));
-        assert_eq!(wood_parts(&levels, false).len(), 1);
-        assert_eq!(wood_parts(&[(0, 0)], true), []);
+    fn each_level_of_wood_has_a_bucket() {
+        let parts = wood_parts(&[(0, 3000), (3000, 1500), (4500, 300)]);
+        assert_eq!(parts.len(), 3);
+        assert_eq!(parts[2], PartDraw { buckets: (46, 46), indices: (4500, 300) });
+        assert_eq!(wood_parts(&[(0, 0)]), []);
     }
 
     fn read<T: bytemuck::Pod>(
@@ -510,51 +517,81 @@ mod tests {
 
                 let clip_from_world = camera.clip_from_world(64.0 / 48.0);
                 let list = TreeList::new(clip_from_world, &view, 48, &detail, culling);
-                let on_cpu = forest.list_on_cpu(&list, &detail, &view);
-                assert!(on_cpu.tallies[0] > 50);
-                for (i, range) in on_cpu.instances.iter().enumerate() {
-                    let [indices, count, first, _, begin] =
-                        [0, 1, 2, 3, 4].map(|word| words[5 * i + word]);
-                    let part = forest.trees.parts[i];
-                    assert_eq!((first, indices), part.indices);
-                    // A tree at the bound of two buckets may be in either.
-                    let [a, b] = [begin.abs_diff(range.start), count.abs_diff(range.len() as u32)];
-                    assert!(a <= 1 && b <= 1, "draw {i}: {begin} {count}, not {range:?}");
-                }
-                for (m, crown) in forest.trees.crowns.iter().enumerate() {
-                    let first = crown.tree_first as usize;
-                    let count = on_cpu.instances[forest.trees.draws[m].0.start as usize].len();
-                    let expected: HashMap<u32, &TreeInstance> =
-                        on_cpu.placed[first..first + count].iter().map(|t| (t.seed, t)).collect();
-                    for tree in &on_gpu[first..first + count] {
-                        let wanted = expected[&tree.seed];
-                        let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 + 2e-3 * b.abs();
-                        assert!(
-                            near(tree.lambda, wanted.lambda)
-                                && near(tree.fade_end, wanted.fade_end)
-                                && near(tree.fade_slope, wanted.fade_slope)
-                                && near(tree.growth, wanted.growth)
-                                && near(tree.shading_contrast, wanted.shading_contrast)
-                                && near(tree.color_contrast, wanted.color_contrast)
-                                && tree.mean_color.distance(wanted.mean_color) < 1e-4
-                                && tree.detached.abs_diff(wanted.detached) <= 1,
-                            "{tree:?}\nis not\n{wanted:?}"
-                        );
-                        simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
+                let mut tallies = [0; 5];
+                for wood in [false, true] {
+                    let on_cpu = forest.list_on_cpu(&list, wood, &detail, &view);
+                    assert!(on_cpu.tallies[0] > 50);
+                    let index = if wood { VIEWS } else { 0 };
+                    let (places, draws) = (forest.trees.records.len(), forest.trees.parts.len());
+                    let on_gpu = &on_gpu[index * places..(index + 1) * places];
+                    let words = &words[5 * index * draws..5 * (index + 1) * draws];
+                    simplified += compare(&forest, &on_cpu, wood, on_gpu, words);
+                    if !wood {
+                        tallies = on_cpu.tallies;
+                    } else {
+                        tallies[4] += on_cpu.tallies[4];
                     }
-                    let shares = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
-                    assert!(shares.rev().is_sorted(), "the more detailed first");
                 }
                 let counted = |i: usize| {
                     let at = words.len() - TALLIES as usize + 2 * i;
                     u64::from(words[at]) | u64::from(words[at + 1]) << 32
                 };
-                for (i, &wanted) in on_cpu.tallies.iter().enumerate() {
+                for (i, &wanted) in tallies.iter().enumerate() {
                     let apart = counted(i).abs_diff(wanted) as f64 / wanted as f64;
                     assert!(apart < 5e-3, "tally {i}: {} for {wanted}", counted(i));
                 }
             }
         }
         assert!(simplified > 300, "{simplified}");
+    }
+
+    /// Holds a list of the GPU against the CPU's; how many of its trees are simplified.
+    fn compare(
+        forest: &GpuForest,
+        on_cpu: &CpuList,
+        wood: bool,
+        on_gpu: &[TreeInstance],
+        words: &[u32],
+    ) -> u32 {
+        let mut simplified = 0;
+        for (m, crown) in forest.trees.crowns.iter().enumerate() {
+            let (leaf_draws, wood_draws) = forest.trees.draws[m].clone();
+            let draws = if wood { wood_draws } else { leaf_draws };
+            let mut count = 0;
+            for i in draws.start as usize..draws.end as usize {
+                let range = &on_cpu.instances[i];
+                let [indices, instances, first, _, begin] =
+                    [0, 1, 2, 3, 4].map(|word| words[5 * i + word]);
+                assert_eq!((first, indices), forest.trees.parts[i].indices);
+                // A tree at the bound of two buckets may be in either.
+                let [a, b] = [begin.abs_diff(range.start), instances.abs_diff(range.len() as u32)];
+                assert!(a <= 1 && b <= 1, "draw {i}: {begin} {instances}, not {range:?}");
+                count = count.max(range.end as usize);
+            }
+            let first = crown.tree_first as usize;
+            let expected: HashMap<u32, &TreeInstance> =
+                on_cpu.placed[first..first + count].iter().map(|t| (t.seed, t)).collect();
+            for tree in &on_gpu[first..first + count] {
+                let wanted = expected[&tree.seed];
+                let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 + 2e-3 * b.abs();
+                assert!(
+                    near(tree.lambda, wanted.lambda)
+                        && near(tree.fade_end, wanted.fade_end)
+                        && near(tree.fade_slope, wanted.fade_slope)
+                        && near(tree.growth, wanted.growth)
+                        && near(tree.shading_contrast, wanted.shading_contrast)
+                        && near(tree.color_contrast, wanted.color_contrast)
+                        && tree.mean_color.distance(wanted.mean_color) < 1e-4
+                        && tree.detached.abs_diff(wanted.detached) <= 1,
+                    "{tree:?}\nis not\n{wanted:?}"
+                );
+                simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
+            }
+            if !wood {
+                let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
+                assert!(buckets.rev().is_sorted(), "the more detailed first");
+            }
+        }
+        simplified
     }
 }

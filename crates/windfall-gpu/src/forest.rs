@@ -155,10 +155,11 @@ impl GpuForest {
         self.totals
     }
 
-    /// Makes a list on the CPU.
+    /// Makes a list on the CPU, for leaves or for wood.
     pub(crate) fn list_on_cpu(
         &self,
         list: &TreeList,
+        wood: bool,
         detail: &Simplification,
         view: &View,
     ) -> CpuList {
@@ -168,6 +169,6 @@ impl GpuForest {
         let detached = |tree: &TreeRecord, leaves: u32| {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
-        self.trees.list_on_cpu(list, detail, season, detached)
+        self.trees.list_on_cpu(list, wood, detail, season, detached)
     }
 }

@@ -1,12 +1,13 @@
 //! One tree model on the GPU.
 
-use crate::cull::{PartDraw, leaf_parts, wood_parts};
+use crate::cull::{PartDraw, WOOD_LEVELS, leaf_parts, wood_parts};
 use crate::shared::{Crown, Model, Surface};
 use crate::texture::TextureArray;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
+use windfall_core::simplify::{WoodLevel, wood_levels};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
 /// A vertex of the hanging leaves: 40 bytes. Everything of the leaf is repeated in its vertices,
@@ -123,9 +124,22 @@ impl GpuModel {
         let part = |vertices: &[u8], indices: &[u32], materials: &[Material], array: &_| {
             part(device, layout, &model, vertices, indices, materials, array)
         };
+        let mut levels = wood_levels(&tree.wood);
+        // A draw that begins in the middle of a list is more than some devices can do.
+        let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        levels.truncate(if first_instance { WOOD_LEVELS } else { 1 });
+        let mut wood_indices = Vec::new();
+        let wood_ranges: Vec<(u32, u32)> = levels
+            .iter()
+            .map(|level| {
+                wood_indices.extend_from_slice(&level.indices);
+                let count = level.indices.len() as u32;
+                (wood_indices.len() as u32 - count, count)
+            })
+            .collect();
         let wood = part(
             bytemuck::cast_slice(&wood_vertices),
-            &tree.wood.indices,
+            &wood_indices,
             &tree.wood.materials,
             &wood_textures,
         );
@@ -135,12 +149,11 @@ impl GpuModel {
             &tree.foliage.materials,
             &leaf_textures,
         );
-        let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         Self {
             leaf_count: tree.foliage.leaves.len() as u32,
             leaf_parts: leaf_parts(&leaf_starts),
-            wood_parts: wood_parts(&[(0, tree.wood.indices.len() as u32)], first_instance),
-            crown: crown(tree),
+            wood_parts: wood_parts(&wood_ranges),
+            crown: crown(tree, &levels),
             wood,
             leaves,
             uniform,
@@ -273,7 +286,11 @@ fn wood_vertex(vertex: &tree::WoodVertex) -> WoodVertex {
     }
 }
 
-fn crown(tree: &Tree) -> Crown {
+fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
+    let mut wood_errors = [Vec4::ZERO; 4];
+    for (i, level) in levels.iter().enumerate() {
+        wood_errors[i / 4][i % 4] = level.error;
+    }
     let (low, high) = tree.bounds();
     let foliage = &tree.foliage;
     let lengths =
@@ -287,6 +304,8 @@ fn crown(tree: &Tree) -> Crown {
         visible_share: share,
         log_hidden: (-share).ln_1p(),
         leaf_count: foliage.leaves.len() as u32,
+        wood_levels: levels.len() as u32,
+        wood_errors,
         ..Crown::zeroed()
     }
 }

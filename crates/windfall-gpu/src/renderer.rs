@@ -1,6 +1,6 @@
 //! The renderer: a plain ordered list of passes.
 
-use crate::cull::{CpuList, LISTS};
+use crate::cull::{CpuList, LISTS, VIEWS};
 use crate::forest::{FrameStats, GpuForest, TreeCounts};
 use crate::model::part_layout;
 use crate::pass::hiz::Pyramid;
@@ -117,8 +117,8 @@ fn tree_lists(
     frame: &Frame,
     cascades: &[shadow::Cascade; CASCADES],
     height: u32,
-) -> [TreeList; LISTS] {
-    let mut lists = [TreeList::zeroed(); LISTS];
+) -> [TreeList; VIEWS] {
+    let mut lists = [TreeList::zeroed(); VIEWS];
     lists[0] = TreeList::new(frame.clip_from_world, view, height, &view.detail, view.culling);
     for (list, cascade) in lists[1..].iter_mut().zip(cascades) {
         let detail = &view.shadow_detail;
@@ -264,13 +264,19 @@ impl Renderer {
             queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&frame));
         }
         let lists = tree_lists(view, &frame, &cascades, canvas.height);
-        let list_count = if view.shadows { LISTS } else { 1 };
+        let views = if view.shadows { VIEWS } else { 1 };
         let details = |i: usize| if i == 0 { &view.detail } else { &view.shadow_detail };
         let mut stats = forest.stats();
         let gpu = &forest.lists;
         let on_cpu: Option<Vec<CpuList>> = forest.listed.is_some().then(|| {
-            let list = |i: usize| forest.list_on_cpu(&lists[i], details(i), view);
-            (0..list_count).map(list).collect()
+            let list = |i: usize| match i % VIEWS {
+                view_index if view_index < views => {
+                    let (list, detail) = (&lists[view_index], details(view_index));
+                    forest.list_on_cpu(list, i >= VIEWS, detail, view)
+                }
+                _ => CpuList::default(),
+            };
+            (0..LISTS).map(list).collect()
         });
         if let Some(on_cpu) = &on_cpu {
             let bytes = gpu.placed.size() / LISTS as u64;
@@ -279,6 +285,7 @@ impl Renderer {
                 queue.write_buffer(&gpu.placed, i as u64 * bytes, placed);
             }
             stats.drawn = TreeCounts::of(on_cpu[0].tallies);
+            stats.drawn.triangles += on_cpu[VIEWS].tallies[4];
         } else {
             let cull = CullFrame {
                 top_level: canvas.pyramid.top_level(),
@@ -288,8 +295,8 @@ impl Renderer {
             encoder.clear_buffer(&gpu.arguments, gpu.tallies_offset(), None);
         }
         let occlusion = view.culling == Culling::Occlusion && on_cpu.is_none();
-        let trees =
-            |index: usize| ListedTrees { index, on_cpu: on_cpu.as_ref().map(|l| &l[index]) };
+        let leaves = |view: usize| ListedTrees::new(view, on_cpu.as_deref());
+        let wood = |view: usize| ListedTrees::new(view + VIEWS, on_cpu.as_deref());
         let falls = &forest.falls;
         let fall_frame = falls.frame(&Frustum::new(frame.clip_from_world), view, 0, 0);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
@@ -319,7 +326,7 @@ impl Renderer {
         } else {
             let mut pass = scope.scoped_compute_pass("cull");
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.cull.make(&mut pass, gpu, &canvas.pyramid, list_count as u32);
+            self.cull.make(&mut pass, gpu, &canvas.pyramid, views as u32);
             drop(pass);
             let mut pass = scope.scoped_compute_pass("find");
             pass.set_bind_group(0, &self.frame.group, &[]);
@@ -337,7 +344,7 @@ impl Renderer {
             self.falls.land(&mut pass.scope("land"), falls);
             self.falls.pose(&mut pass.scope("pose"), falls);
         }
-        for i in 0..list_count - 1 {
+        for i in 0..views - 1 {
             let mut pass = scope.scoped_render_pass(
                 format!("shadow {i}"),
                 wgpu::RenderPassDescriptor {
@@ -354,9 +361,9 @@ impl Renderer {
                 },
             );
             pass.set_bind_group(0, &self.shadow_frames[i].group, &[]);
-            let (casters, fade) = (trees(i + 1), view.shadow_detail.fade.by);
-            self.wood.draw(&mut pass, forest, casters, DrawTarget::Shadow);
-            self.leaves.draw(&mut pass, forest, casters, fade, DrawTarget::Shadow);
+            let fade = view.shadow_detail.fade.by;
+            self.wood.draw(&mut pass, forest, wood(i + 1), DrawTarget::Shadow);
+            self.leaves.draw(&mut pass, forest, leaves(i + 1), fade, DrawTarget::Shadow);
             // What lies or falls farther away is too small to shade anything.
             if i < 2 {
                 if let Some(listed) = &listed {
@@ -372,11 +379,11 @@ impl Renderer {
             {
                 let mut pass = canvas.begin(&mut scope, "visible before", true, false);
                 pass.set_bind_group(0, &self.frame.group, &[]);
-                self.wood.draw(&mut pass.scope("wood"), forest, trees(0), DrawTarget::Radiance);
+                self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
                 self.leaves.draw(
                     &mut pass.scope("leaves"),
                     forest,
-                    trees(0),
+                    leaves(0),
                     fade,
                     DrawTarget::Radiance,
                 );
@@ -393,11 +400,11 @@ impl Renderer {
         {
             let mut pass = canvas.begin(&mut scope, "forest", !occlusion, true);
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.wood.draw(&mut pass.scope("wood"), forest, trees(0), DrawTarget::Radiance);
+            self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
             self.leaves.draw(
                 &mut pass.scope("leaves"),
                 forest,
-                trees(0),
+                leaves(0),
                 fade,
                 DrawTarget::Radiance,
             );

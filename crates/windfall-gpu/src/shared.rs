@@ -186,11 +186,20 @@ gpu_struct! {
         pub shading_contrast: u32,
         /// `Culling` as a number.
         pub culling: u32,
+        /// `Simplification::wood_pixels`.
+        pub wood_pixels: f32,
+        /// Unused.
+        pub list_padding0: u32,
+        /// Unused.
+        pub list_padding1: u32,
+        /// Unused.
+        pub list_padding2: u32,
     }
 }
 
 gpu_struct! {
-    /// A frame's lists of trees, and the sizes of the tables behind them.
+    /// A frame's lists of trees, and the sizes of the tables behind them. For each of `lists` there is
+    /// one for leaves, and four behind it one for wood.
     pub struct CullFrame {
         /// The view, then the shadow maps.
         pub lists: [TreeList; 4],
@@ -234,12 +243,22 @@ gpu_struct! {
         pub tree_first: u32,
         /// First of its draws in a list.
         pub draw_first: u32,
-        /// Its draws.
+        /// Its draws: of leaves, then of wood.
         pub draw_count: u32,
+        /// Those of leaves.
+        pub leaf_draws: u32,
         /// Groups of 64 places.
         pub block_count: u32,
+        /// Levels of its wood, at most 16.
+        pub wood_levels: u32,
         /// Unused.
-        pub padding: u32,
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
+        /// Unused.
+        pub padding2: u32,
+        /// Their errors, metres, rising from 0.
+        pub wood_errors: [Vec4; 4],
     }
 }
 

@@ -38,6 +38,8 @@ pub struct DetailEntry {
     pub early: bool,
     /// Whether the fade eases in and out.
     pub smooth: bool,
+    /// Pixels by which the surface of simplified wood may be off; 0 keeps it as it is.
+    pub wood_pixels: f32,
 }
 
 /// What fades: see [`FadeBy`].
@@ -103,6 +105,7 @@ impl DetailEntry {
             full_at_one: detail.fade.full_at_one,
             early: detail.fade.early,
             smooth: detail.fade.smooth,
+            wood_pixels: detail.wood_pixels,
         }
     }
 
@@ -137,6 +140,7 @@ impl DetailEntry {
                 early: self.early,
                 smooth: self.smooth,
             },
+            wood_pixels: self.wood_pixels,
         }
     }
 
@@ -155,6 +159,7 @@ impl DetailEntry {
             ("growth_pixels", self.growth_pixels, 0.0, 1e6),
             ("mean_cosine", self.mean_cosine, 0.0, 1.0),
             ("fade_range", range, 0.0, 1.0),
+            ("wood_pixels", self.wood_pixels, 0.0, 1000.0),
         ];
         for (name, value, low, high) in numbers {
             // A NaN is in no range.
@@ -196,6 +201,7 @@ mod tests {
                 early: true,
                 smooth: true,
             },
+            wood_pixels: 2.0,
         };
         for detail in [Simplification::DEFAULT, View::SHADOW_DETAIL, other] {
             assert_eq!(DetailEntry::of(&detail).simplification(), detail);

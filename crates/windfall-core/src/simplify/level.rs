@@ -70,6 +70,11 @@ impl Simplification {
         Level { lambda, radius: self.radius(lambda), growth, contrast: lambda.sqrt() }
     }
 
+    /// How far the wood of a tree that is seen so may be from its place, metres.
+    pub fn wood_error(&self, seen: &Seen) -> f32 {
+        self.wood_pixels * seen.distance / seen.pixels
+    }
+
     /// `R` for a level of detail.
     pub fn radius(&self, lambda: f32) -> f32 {
         let radius = match self.fade.range {

@@ -40,6 +40,9 @@ pub struct Simplification {
     pub mean_cosine: f32,
     /// How leaves appear and vanish.
     pub fade: Fade,
+    /// How far the surface of simplified wood may be from its place in the picture, pixels; 0 keeps
+    /// the wood as it is. At half a pixel no change of level is seen.
+    pub wood_pixels: f32,
 }
 
 /// How the share `b` of a tree's size in the picture is found (SFS, 3.1).
@@ -125,10 +128,11 @@ impl Simplification {
             early: false,
             smooth: false,
         },
+        wood_pixels: 0.5,
     };
 
     /// Nothing is simplified.
-    pub const NONE: Self = Self { h: 0.0, ..Self::DEFAULT };
+    pub const NONE: Self = Self { h: 0.0, wood_pixels: 0.0, ..Self::DEFAULT };
 }
 
 impl Default for Simplification {

@@ -179,19 +179,19 @@ impl Cull {
         }
     }
 
-    /// Makes the first `lists` lists.
+    /// Makes the lists of the first `views` of [`CullFrame::lists`].
     pub fn make(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         gpu: &GpuLists,
         pyramid: &Pyramid,
-        lists: u32,
+        views: u32,
     ) {
-        self.run(pass, gpu, pyramid, &self.classify, lists);
+        self.run(pass, gpu, pyramid, &self.classify, views);
     }
 
-    /// Makes the view's list anew of the trees that the pyramid of the frame before hid, and that of
-    /// this frame does not.
+    /// Makes the lists of the view anew, of the trees that the pyramid of the frame before hid and that
+    /// of this frame does not. For a [`CullFrame::view_count`] of 1.
     pub fn make_hidden(&self, pass: &mut wgpu::ComputePass<'_>, gpu: &GpuLists, pyramid: &Pyramid) {
         self.run(pass, gpu, pyramid, &self.reclassify, 1);
     }
@@ -202,8 +202,9 @@ impl Cull {
         gpu: &GpuLists,
         pyramid: &Pyramid,
         classify: &wgpu::ComputePipeline,
-        lists: u32,
+        views: u32,
     ) {
+        let lists = 2 * views;
         if gpu.blocks == 0 {
             return;
         }

@@ -85,6 +85,12 @@ pub(crate) struct ListedTrees<'a> {
     pub on_cpu: Option<&'a CpuList>,
 }
 
+impl<'a> ListedTrees<'a> {
+    pub fn new(index: usize, on_cpu: Option<&'a [CpuList]>) -> Self {
+        Self { index, on_cpu: on_cpu.map(|lists| &lists[index]) }
+    }
+}
+
 /// Draws leaves or wood of a list of trees.
 fn draw_parts<'a>(
     pass: &mut wgpu::RenderPass<'_>,
