@@ -53,8 +53,10 @@ impl Cull {
             label: Some("cull"),
             entries: &entries,
         });
-        let constants =
-            format!("const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n");
+        let constants = format!(
+            "const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n\
+             const LISTS: u32 = {LISTS}u;\n"
+        );
         let source = compose(&[
             &constants,
             include_str!("../../shaders/shared/shed.wgsl"),
