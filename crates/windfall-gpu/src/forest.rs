@@ -13,6 +13,7 @@ use std::sync::Mutex;
 use windfall_core::forest::{Forest, Instance};
 use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::tree::Tree;
+use windfall_core::wind::Wind;
 
 /// [`TreeInstance`] as a vertex buffer.
 pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 3] =
@@ -51,6 +52,7 @@ pub struct GpuForest {
     pub(crate) listed: Option<Mutex<ListedFalls>>,
     shedding: Shedding,
     gust_rate: f32,
+    pub(crate) wind: Wind,
     pub(crate) detach_group: wgpu::BindGroup,
     /// Trees by model, with their bounding spheres.
     trees: Vec<Vec<(TreeInstance, Vec3, f32)>>,
@@ -143,6 +145,7 @@ impl GpuForest {
             mapped_at_creation: false,
         });
         let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
+        let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
         let listed = (falls.strategy != Strategy::Compute).then(|| {
             let passes = &renderer.listed;
@@ -162,10 +165,11 @@ impl GpuForest {
         Self {
             falls,
             listed: listed.map(Mutex::new),
+            wind,
             shedding,
             gust_rate,
             detach_group,
-            ground: GroundMesh::new(device, &forest.terrain),
+            ground: GroundMesh::new(device, renderer.grass_layout(), &forest.terrain),
             instances,
             trees: by_model,
             wood_triangles: trees.iter().map(|t| t.wood_triangles() as u64).collect(),

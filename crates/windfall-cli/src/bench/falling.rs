@@ -13,7 +13,7 @@ use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
-use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Show, Sky, Strategy, View};
+use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Quality, Show, Sky, Strategy, View};
 use windfall_scenes::Stage;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
@@ -148,8 +148,10 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
         sky: Sky::default(),
         time,
         season: 0.55,
+        meadow: 0.5,
         shadows: false,
         show: Show::Picture,
+        quality: Quality::LOW,
     }
 }
 

@@ -300,8 +300,11 @@ mod tests {
                 sky: Sky::default(),
                 time,
                 season: 0.5,
+                meadow: 0.5,
                 shadows: false,
                 show: crate::Show::Picture,
+                // The reference knows nothing of what the twig does before the leaf has left it.
+                quality: crate::Quality { sway: false, ..crate::Quality::LOW },
             };
             let profiler = GpuProfiler::new(
                 device,
