@@ -10,6 +10,7 @@ pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
 
 use crate::rng::{Rng, hash, unit};
+use crate::simplify::visibility;
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
@@ -31,6 +32,10 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
+    /// [`Visibility::share`] of the leaves as they were assembled: `r` of Fichtner's equation 3.
+    ///
+    /// [`Visibility::share`]: crate::simplify::Visibility::share
+    pub visible_share: f32,
 }
 
 /// One leaf element: a leaf, or a card with a twig of leaves.
@@ -112,8 +117,9 @@ impl LeafShape {
 }
 
 impl Foliage {
-    /// Puts leaves together into a foliage: finds the crown's centre, bends the normals, and makes
-    /// the prune order (random, Fichtner 3.2) and the shed order. `ambient` is kept; `bent_normal`
+    /// Puts leaves together into a foliage: finds the crown's centre and the share of a leaf in what
+    /// is seen of it, bends the normals, and makes the prune order (random, Fichtner 3.2) and the
+    /// shed order. `ambient` is kept; `bent_normal`
     /// is read as the leaf's own normal; `shed_rank` is overwritten.
     pub fn assemble(
         mut leaves: Vec<Leaf>,
@@ -144,7 +150,17 @@ impl Foliage {
         for (rank, &leaf) in shed_order.iter().enumerate() {
             leaves[leaf as usize].shed_rank = rank as u32;
         }
-        Self { leaves, shapes, materials, palette, shed_order, crown_center }
+        let mut foliage = Self {
+            leaves,
+            shapes,
+            materials,
+            palette,
+            shed_order,
+            crown_center,
+            visible_share: 0.0,
+        };
+        foliage.visible_share = visibility(&foliage).share;
+        foliage
     }
 
     /// Triangles of all leaves.

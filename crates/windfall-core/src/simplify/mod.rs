@@ -6,8 +6,15 @@
 //! the reference for the shaders.
 
 mod level;
+mod nearest;
+mod order;
+mod visible;
+mod wood;
 
 pub use level::{Level, Seen, area_scale, share_for};
+pub use order::{PruneOrder, UnknownPruneOrder};
+pub use visible::{Visibility, openness, sides, visibility};
+pub use wood::{WoodLevel, wood_levels};
 
 /// How foliage is simplified.
 #[derive(Debug, Clone, Copy, PartialEq)]
