@@ -4,6 +4,7 @@
 // Side, then the heights row by row.
 @group(1) @binding(0) var<storage, read> terrain: array<f32>;
 
+// Metres; the farther of the two rings has them three times as wide.
 const CELL: f32 = 0.17;
 // Cells along a side of the square about the camera.
 const SIDE: u32 = 128u;
@@ -41,15 +42,20 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     out.clip = vec4(0.0, 0.0, -1.0, 1.0);
     let view = frame.world_from_clip * vec4(0.0, 0.0, 1.0, 1.0);
     let forward = normalize(view.xz / view.w - frame.eye.xz + vec2(1e-6, 0.0));
-    let half_side = 0.5 * f32(SIDE) * CELL;
+    let ring = instance / (SIDE * SIDE);
+    let index = instance % (SIDE * SIDE);
+    let wide = CELL * select(1.0, 3.0, ring == 1u);
+    let half_side = 0.5 * f32(SIDE) * wide;
     let middle = frame.eye.xz + forward * (half_side * 0.86);
-    let first = floor(middle / CELL) - f32(SIDE / 2u);
-    let cell = vec2<i32>(first) + vec2<i32>(i32(instance % SIDE), i32(instance / SIDE));
-    let key = hash(hash(77u, bitcast<u32>(cell.x)), bitcast<u32>(cell.y));
-    let at = (vec2<f32>(cell) + vec2(unit(key), unit(hash(key, 1u)))) * CELL;
+    let first = floor(middle / wide) - f32(SIDE / 2u);
+    let cell = vec2<i32>(first) + vec2<i32>(i32(index % SIDE), i32(index / SIDE));
+    let key = hash(hash(77u + ring, bitcast<u32>(cell.x)), bitcast<u32>(cell.y));
+    let at = (vec2<f32>(cell) + vec2(unit(key), unit(hash(key, 1u)))) * wide;
     let away = distance(at, frame.eye.xz);
-    // Towards the rim blades are fewer and smaller, and the ground's own grass takes over.
-    let rim = 1.0 - smoothstep(0.45, 1.0, away / (half_side * 1.7));
+    // Towards the rim blades are fewer and smaller, and the next ring, or the ground's own grass,
+    // takes over.
+    let rim = (1.0 - smoothstep(0.5, 1.0, away / (half_side * 1.7)))
+        * select(1.0, smoothstep(6.0, 14.0, away), ring == 1u);
     let lush = ground_growth(at, 0.0);
     if unit(hash(key, 2u)) > lush * (0.25 + 0.75 * rim) || rim <= 0.0 {
         return out;
@@ -60,9 +66,9 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     let angle = unit(own) * 2.0 * PI;
     let out_way = vec2(cos(angle), sin(angle));
     let across = vec2(-out_way.y, out_way.x);
-    let tall = (0.05 + 0.13 * unit(hash(own, 1u)) * unit(hash(key, 3u))) * (0.6 + 0.5 * lush) * (0.35 + 0.65 * rim);
+    let tall = (0.05 + 0.15 * unit(hash(own, 1u)) * unit(hash(key, 3u)) + 0.03 * f32(ring)) * (0.6 + 0.5 * lush) * (0.35 + 0.65 * rim);
     let bend = tall * (0.25 + 0.7 * unit(hash(own, 2u)));
-    let foot = at + out_way * 0.05 * unit(hash(own, 3u));
+    let foot = at + out_way * (0.3 * wide) * unit(hash(own, 3u));
     let root = vec3(foot.x, terrain_height(foot) - 0.004, foot.y);
     let thick = (0.0028 + 0.0022 * unit(hash(own, 4u))) * (1.0 + 0.10 * away);
     var p = root;

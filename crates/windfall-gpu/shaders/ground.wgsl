@@ -94,15 +94,23 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
 
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
-    let at = in.world.xz;
+    // Tufts and heaped leaves stand up: where the eye's way meets them, by one step from the bare
+    // ground (Kaneko et al., "Detailed Shape Representation with Parallax Mapping", ICAT 2001). It
+    // is what keeps the far ground from looking like a painted board.
+    let eye_way = in.world - frame.eye;
+    let steep = -eye_way.y / max(length(eye_way.xz), 1e-3);
+    let relief_step = min(0.11 / max(steep, 0.012), 3.0);
+    let toward_eye = -eye_way.xz / max(length(eye_way.xz), 1e-3);
+    let heap = clamp(0.5 + 1.4 * fractal_noise2(in.world.xz * 2.1, 0.0, 28u) + 0.8 * fractal_noise2(in.world.xz * 0.45, 0.0, 29u), 0.0, 1.0);
+    let at = in.world.xz + toward_eye * (relief_step * heap);
     // Size of a pixel on the ground: seen at a grazing angle it is long and thin; the mean of both
     // sides keeps the detail, and the fourfold samples keep it still.
-    let dx = dpdx(at);
-    let dy = dpdy(at);
+    let dx = dpdx(in.world.xz);
+    let dy = dpdy(in.world.xz);
     let width = sqrt(abs(dx.x * dy.y - dx.y * dy.x)) * 1.4;
     let long = max(length(dx), length(dy));
     // Beyond stands the backdrop.
-    if has(BACKDROP) && dot(at, at) > frame.backdrop.w * frame.backdrop.w {
+    if has(BACKDROP) && dot(in.world.xz, in.world.xz) > frame.backdrop.w * frame.backdrop.w {
         discard;
     }
     let broad = fractal_noise2(at * 0.045, long * 0.045, 20u);
@@ -126,7 +134,7 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));
     let sun = max(dot(leaning, frame.sun_direction), 0.0);
     // Rough ground darkens itself, the more the lower the light.
-    let cavity = clamp(0.55 + 0.55 * cover.height + 0.4 * grains + 0.5 * fine, 0.3, 1.25);
+    let cavity = clamp(0.42 + 0.5 * cover.height + 0.4 * heap + 0.4 * grains + 0.5 * fine, 0.3, 1.3);
     let reach = sun_visibility(in.world, normal, in.clip.xy, frame.shadow_taps, 1.0);
     let light = frame.sun_color * (sun / PI * reach * mix(cavity, 1.0, 0.5)) + ambient(leaning) * cavity;
     return vec4(through_air(cover.color * light, in.world), 1.0);

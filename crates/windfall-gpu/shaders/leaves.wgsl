@@ -50,8 +50,7 @@ fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
         out.color *= mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
     }
     out.material = in.material_shed >> 24u;
-    let inside = length((in.center - model.crown_center) / model.crown_extent);
-    out.ambient = in.offset_ambient.w * crown_ambient(inside);
+    out.ambient = in.offset_ambient.w;
     return out;
 }
 
@@ -115,7 +114,10 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let direct = frame.sun_color * reach
         * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, has(GLOSS));
     let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
-    return direct + (leaf.reflected * around.front + leaf.passed * around.back) * in.ambient;
+    // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
+    // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
+    let open = in.ambient / (1.0 - 0.85 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
+    return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
 }
 
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y

@@ -57,12 +57,13 @@ fn through_air(radiance: vec3<f32>, position: vec3<f32>) -> vec3<f32> {
     let distance = length(way);
     let kept = exp(-distance * frame.haze);
     let direction = way / max(distance, 1e-4);
-    let level = vec3(direction.x, max(direction.y, 0.015), direction.z);
-    var air: vec3<f32>;
-    if has(SKY_PICTURE) {
-        air = ambient(normalize(level)); // a picture has trees at its horizon
-    } else {
-        air = sky_radiance(normalize(level));
+    let level = normalize(vec3(direction.x, max(direction.y, 0.015), direction.z));
+    let around = ambient(level);
+    var air = around; // a picture of the sky has trees at its horizon
+    if !has(SKY_PICTURE) {
+        // Low air lies in the shade of woods and hills more than the miles of it that the sky shows:
+        // of the glow about the sun a part.
+        air = min(sky_radiance(level), 2.2 * around);
     }
     return mix(air, radiance, kept);
 }
@@ -120,8 +121,9 @@ fn sun_visibility(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<f32>, taps
     let scale = frame.shadow_texels.w;
     let uv = (at.xy * vec2(0.5, -0.5) + 0.5) * scale;
     let uv_per_metre = per_metre * vec2(0.5, -0.5) * scale;
-    let turn = noise * 2.0 * PI;
-    var radius = max(0.045, 1.3 * texel);
+    // Few samples are not turned: on a small surface their noise would show more than their steps.
+    let turn = select(0.7, noise * 2.0 * PI, taps > 4u);
+    var radius = max(select(0.02, 0.045, taps > 4u), 1.3 * texel);
     if has(PENUMBRAE) && taps > 8u && cascade < 2u {
         let size = vec2<f32>(textureDimensions(shadow_maps));
         let last = vec2<i32>(size * scale) - 1;

@@ -6,9 +6,10 @@ use super::{
     ground::GroundMesh,
 };
 
-/// Cells along a side of the square about the camera, and vertices of a tuft
-/// (`shaders/grass.wgsl`: `SIDE`, three times `BLADES`).
+/// Cells along a side of the square about the camera, rings of such squares, and vertices of a tuft
+/// (`shaders/grass.wgsl`: `SIDE`, `ring`, three times `BLADES`).
 const SIDE: u32 = 128;
+const RINGS: u32 = 2;
 const VERTICES: u32 = 15;
 
 pub(crate) struct Grass {
@@ -48,6 +49,6 @@ impl Grass {
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, ground: &GroundMesh) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &ground.heights, &[]);
-        pass.draw(0..VERTICES, 0..SIDE * SIDE);
+        pass.draw(0..VERTICES, 0..RINGS * SIDE * SIDE);
     }
 }
