@@ -8,6 +8,7 @@ mod gpu;
 mod output;
 mod path;
 mod render;
+mod sky;
 mod tree;
 
 use anyhow::Context;

@@ -116,7 +116,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
-    let open = in.ambient / (1.0 - 0.85 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
+    let open = in.ambient / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
     return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
 }
 
@@ -132,11 +132,11 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
         let turns = (uv.y - 0.75 * across) * 9.0;
         let side = abs(fract(turns) - 0.5);
         let vein = (1.0 - smoothstep(0.03, 0.10 + 9.0 * pixel, side)) * (1.0 - 0.6 * margin);
-        shade += (0.20 * vein - 0.05) * (1.0 - smoothstep(0.03, 0.12, pixel));
+        shade += (0.13 * vein - 0.03) * (1.0 - smoothstep(0.03, 0.12, pixel));
         // Blotches: some of the green lasts along the veins, some of the margin has died.
         let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
-        shade *= 1.0 + 0.7 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
+        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
     let dried = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
     return color * shade * mix(vec3(1.0), vec3(0.78, 0.66, 0.6), dried);

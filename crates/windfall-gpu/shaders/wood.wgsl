@@ -64,7 +64,7 @@ fn cells(at: vec2<f32>, seed: u32) -> vec2<f32> {
 }
 
 // uv in metres around and along.
-fn bark(surface: Surface, uv: vec2<f32>, metres: f32) -> Bark {
+fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     let p = uv / surface.scale;
     let pixel = metres / surface.scale;
     let coarse = 1.0 - smoothstep(0.25, 0.9, pixel);
@@ -73,10 +73,12 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32) -> Bark {
     if surface.pattern == 4u {
         // Paper: dark lenticels, wide and thin, and black scars.
         let lines = fractal_noise2(p * vec2(1.6, 12.0), pixel * 9.0, 3u);
-        let lenticel = smoothstep(0.24, 0.32, lines) * coarse;
+        let lenticel = smoothstep(0.19, 0.28, lines) * coarse;
         let scars = value_noise2(p * vec2(0.5, 0.8) + patchy, 4u) + 0.5 * fine;
-        let scar = smoothstep(0.88, 0.98, scars);
-        let grey = 0.06 + 0.35 * patchy + 0.25 * fine + 0.25 * lines;
+        // The foot is rough and black.
+        let foot = 0.35 * clamp(1.6 - high, 0.0, 1.6);
+        let scar = smoothstep(0.84, 0.96, scars + foot);
+        let grey = 0.10 + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
         return Bark(0.7 - 0.5 * scar + 0.2 * fine, clamp(max(max(0.6 * lenticel, scar), grey), 0.0, 1.0));
     }
     if surface.pattern == 1u {
@@ -106,7 +108,7 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     let metres = sqrt(max(length(dpdx(in.uv)) * length(dpdy(in.uv)), 1e-10));
     var surface_bark = Bark(1.0, 0.0);
     if surface.pattern != 0u {
-        surface_bark = bark(surface, in.uv, metres);
+        surface_bark = bark(surface, in.uv, metres, in.high);
     }
     let rise = vec2(dpdx(surface_bark.height), dpdy(surface_bark.height));
     let world_x = dpdx(in.world);
