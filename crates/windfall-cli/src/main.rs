@@ -9,6 +9,7 @@ mod output;
 mod path;
 mod render;
 mod simplify;
+mod sky;
 mod tree;
 
 use anyhow::Context;

@@ -12,8 +12,8 @@ use std::time::Instant;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{
-    Canvas, Capture, CountLeaves, Culling, Elimination, GpuForest, Renderer, Show, Strategy,
-    Target, View,
+    Canvas, Capture, CountLeaves, Culling, Elimination, GpuForest, Renderer, Show, SkyPicture,
+    Strategy, Target, View,
 };
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
 
@@ -65,6 +65,12 @@ pub struct Args {
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
+    /// What the picture may cost: low, medium or high
+    #[arg(long, value_name = "NAME")]
+    quality: Option<String>,
+    /// Equirectangular picture of the sky, .hdr or .exr, as background and ambient light
+    #[arg(long, value_name = "FILE")]
+    sky: Option<String>,
     /// Let this many leaves fall each second, from time 0 on
     #[arg(long, value_name = "N")]
     throw_rate: Option<f32>,
@@ -169,7 +175,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(count) = args.falling {
         stage.keep_falling(count);
     }
-    let painter = Painter::new(&gpu, &stage, scene.size);
+    let sky = scene.sky.picture.as_ref().map(|f| crate::sky::read(&folder.join(f))).transpose()?;
+    let painter = Painter::new(&gpu, &stage, scene.size, sky);
     gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
@@ -240,6 +247,15 @@ impl Args {
         scene.seed = self.seed.unwrap_or(scene.seed);
         if let Some(strategy) = self.strategy {
             scene.strategy = strategy.to_string();
+        }
+        if let Some(quality) = &self.quality {
+            scene.quality.clone_from(quality);
+        }
+        if let Some(sky) = &self.sky {
+            // Relative to where the user stands, whatever folder the scene is in.
+            let path = std::path::absolute(sky).with_context(|| format!("--sky {sky}"))?;
+            let path = path.to_str().with_context(|| format!("--sky {sky}: not UTF-8"))?;
+            scene.sky.picture = Some(path.to_owned());
         }
         if let Some(elimination) = self.elimination {
             scene.elimination = elimination.to_string();
@@ -313,8 +329,11 @@ struct Painter {
 }
 
 impl Painter {
-    fn new(gpu: &Gpu, stage: &Stage, (width, height): (u32, u32)) -> Self {
-        let renderer = Renderer::new(&gpu.device, FORMAT);
+    fn new(gpu: &Gpu, stage: &Stage, (width, height): (u32, u32), sky: Option<SkyPicture>) -> Self {
+        let mut renderer = Renderer::new(&gpu.device, FORMAT);
+        if let Some(sky) = sky {
+            renderer.set_sky(&gpu.device, &gpu.queue, sky);
+        }
         let forest = GpuForest::with_falls(
             &gpu.device,
             &gpu.queue,

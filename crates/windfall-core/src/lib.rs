@@ -11,11 +11,13 @@
 //! | [`tree`] | a tree model: wood, leaves, materials; glTF in and out; the built-in species |
 //! | [`foliage`] | the leaves of a tree: elements, shapes, prune order, shed order |
 //! | [`forest`] | terrain and the instances that stand on it |
+//! | [`light`] | sky and sun, ambient light, the leaf's scattering |
 //! | [`path`] | fall paths: import, analysis, playback |
 //! | [`flight`] | flight simulation: where built-in paths come from |
 //! | [`wind`] | wind whose displacement is known in closed form |
 //! | [`shed`] | when leaves detach |
 //! | [`simplify`] | how many leaves of a distant tree are drawn, and what makes up for the others |
+//! | [`sway`] | how trees move in the wind |
 //! | [`rng`] | the counter-based hash shared with the shaders |
 #![deny(missing_docs)]
 
@@ -23,10 +25,12 @@ pub mod error;
 pub mod flight;
 pub mod foliage;
 pub mod forest;
+pub mod light;
 pub mod path;
 pub mod rng;
 pub mod shed;
 pub mod simplify;
+pub mod sway;
 pub mod tree;
 pub mod wind;
 

@@ -177,7 +177,7 @@ fn leaf_constants(stream: Stream, entry: u32, slot: u32) -> LeafConstants {
         bent.y,
         stream.cos_yaw * bent.z - stream.sin_yaw * bent.x,
     );
-    let ambient = unpack4x8unorm(record.look).y * crown_ambient(length(from_center));
+    let ambient = unpack4x8unorm(record.look).y;
     out.look = (record.look & 0xffu)
         | (pack4x8unorm(vec4(0.0, ambient, 0.0, 0.0)) & 0xff00u)
         | (pack4x8snorm(vec4(0.0, 0.0, octahedral(turned))) & 0xffff0000u);

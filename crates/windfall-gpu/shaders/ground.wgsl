@@ -15,22 +15,41 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
     return out;
 }
 
-// What the floor is made of at a place: colour, and height for its own small shadows.
+// What the floor is made of at a place.
 struct Floor {
     color: vec3<f32>,
+    // 0 in the hollows to 1 on top.
     height: f32,
+    // How its surface leans, along x and z.
+    lean: vec2<f32>,
+}
+
+fn dead_leaf(key: u32) -> vec3<f32> {
+    var browns = array<vec3<f32>, 5>(
+        vec3(0.165, 0.085, 0.034), vec3(0.240, 0.135, 0.045), vec3(0.095, 0.054, 0.032),
+        vec3(0.190, 0.088, 0.030), vec3(0.270, 0.185, 0.075),
+    );
+    // Some have only just fallen.
+    let fresh = smoothstep(0.55, 1.0, unit(hash(key, 8u)));
+    return mix(browns[hash(key, 3u) % 5u], frame.litter, 0.85 * fresh) * (0.55 + 0.75 * unit(hash(key, 4u)));
+}
+
+fn dead_leaves_mean() -> vec3<f32> {
+    return mix(vec3(0.175, 0.098, 0.038), frame.litter, 0.2) * 0.86;
 }
 
 // Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
 fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
-    let browns = array<vec3<f32>, 5>(
-        vec3(0.205, 0.095, 0.030), vec3(0.330, 0.165, 0.040), vec3(0.120, 0.062, 0.032),
-        vec3(0.260, 0.100, 0.025), vec3(0.380, 0.230, 0.060),
-    );
-    let mean = vec3(0.225, 0.115, 0.034);
     var top = under;
+    let share = 1.0 - pow(1.0 - 0.5 * covered, 3.0);
+    let far = Floor(mix(under.color, dead_leaves_mean(), share), mix(under.height, 0.55, share), under.lean);
+    // Smaller than a pixel, leaves are their mean.
+    let blur = smoothstep(0.25, 0.85, width);
+    if blur >= 1.0 || !has(GROUND_DETAIL) {
+        return far;
+    }
     for (var layer = 0u; layer < 3u; layer++) {
-        let p = at * (1.0 - 0.13 * f32(layer)) + vec2(7.3, 3.1) * f32(layer);
+        let p = at * (1.0 - 0.16 * f32(layer)) + vec2(7.3, 3.1) * f32(layer);
         let cell = floor(p);
         for (var j = -1; j <= 1; j++) {
             for (var i = -1; i <= 1; i++) {
@@ -39,62 +58,84 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
                 if unit(hash(key, 5u)) > covered {
                     continue;
                 }
-                let center = vec2(f32(i), f32(j)) + vec2(unit(key), unit(hash(key, 1u)));
+                let d = (p - cell) - vec2(f32(i), f32(j)) - vec2(unit(key), unit(hash(key, 1u)));
+                let half_length = 0.42 + 0.26 * unit(hash(key, 6u));
+                if dot(d, d) > half_length * half_length {
+                    continue;
+                }
                 let angle = unit(hash(key, 2u)) * 2.0 * PI;
-                let d = (p - cell) - center;
                 let along = cos(angle) * d.x + sin(angle) * d.y;
                 let across = cos(angle) * d.y - sin(angle) * d.x;
                 // A leaf: pointed at both ends, its rim a little torn.
-                let half_length = 0.40 + 0.22 * unit(hash(key, 6u));
                 let s = along / half_length;
-                let breadth = half_length * 0.55 * (1.0 - s * s) * (1.0 + 0.15 * sin(along * 40.0));
-                let edge = (breadth - abs(across)) / max(width, 0.02);
-                if abs(s) < 1.0 && edge > 0.0 {
-                    let rib = 1.0 - smoothstep(0.0, 0.03 + width, abs(across));
-                    let shade = 0.65 + 0.75 * unit(hash(key, 4u));
-                    // Darker where it lies under the next, lighter along the rib.
-                    let color = browns[hash(key, 3u) % 5u] * shade * (0.80 + 0.25 * rib + 0.20 * across / half_length);
-                    top.color = mix(top.color, color, min(edge, 1.0));
-                    top.height = mix(top.height, 0.3 * f32(layer + 1u), min(edge, 1.0));
+                let torn = 1.0 + 0.14 * sin(along * 23.0 + unit(key) * 9.0) + 0.08 * sin(along * 51.0);
+                let breadth = half_length * (0.42 + 0.3 * unit(hash(key, 7u))) * (1.0 - s * s) * torn;
+                let inside = (breadth - abs(across)) / max(width, 0.03);
+                if inside > -1.5 {
+                    // Its shadow on those below.
+                    top.color *= mix(0.55, 1.0, clamp(abs(inside + 0.25), 0.0, 1.0));
+                }
+                if inside > 0.0 {
+                    let edge = min(inside, 1.0);
+                    let rib = 1.0 - smoothstep(0.0, 0.035 + width, abs(across));
+                    let curl = across / half_length;
+                    let color = dead_leaf(key) * (0.9 + 0.3 * rib);
+                    top.color = mix(top.color, color, edge);
+                    top.height = mix(top.height, 0.5 + 0.25 * f32(layer), edge);
+                    let own = vec2(unit(hash(key, 12u)), unit(hash(key, 13u))) - 0.5;
+                    let side = vec2(-sin(angle), cos(angle)) * curl * 1.4;
+                    top.lean = mix(top.lean, own * 0.9 + side, edge);
                 }
             }
         }
     }
-    // Smaller than a pixel, leaves are their mean.
-    let blur = smoothstep(0.25, 0.9, width);
-    let share = 1.0 - pow(1.0 - 0.42 * covered, 3.0);
-    let far = mix(under.color, mean, share);
-    return Floor(mix(top.color, far, blur), mix(top.height, 0.3, blur));
+    return Floor(mix(top.color, far.color, blur), mix(top.height, far.height, blur), mix(top.lean, far.lean, blur));
 }
 
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
-    let at = in.world.xz;
+    // Tufts and heaped leaves stand up: where the eye's way meets them, by one step from the bare
+    // ground (Kaneko et al., "Detailed Shape Representation with Parallax Mapping", ICAT 2001). It
+    // is what keeps the far ground from looking like a painted board.
+    let eye_way = in.world - frame.eye;
+    let steep = -eye_way.y / max(length(eye_way.xz), 1e-3);
+    let relief_step = min(0.11 / max(steep, 0.012), 3.0);
+    let toward_eye = -eye_way.xz / max(length(eye_way.xz), 1e-3);
+    let heap = clamp(0.5 + 1.4 * fractal_noise2(in.world.xz * 2.1, 0.0, 28u) + 0.8 * fractal_noise2(in.world.xz * 0.45, 0.0, 29u), 0.0, 1.0);
+    let at = in.world.xz + toward_eye * (relief_step * heap);
     // Size of a pixel on the ground: seen at a grazing angle it is long and thin; the mean of both
     // sides keeps the detail, and the fourfold samples keep it still.
-    let dx = dpdx(at);
-    let dy = dpdy(at);
-    let width = sqrt(abs(dx.x * dy.y - dx.y * dy.x)) * 1.5;
-    let patches = fractal_noise2(at * 0.11, width * 0.11, 21u);
-    let fine = fractal_noise2(at * 3.1, width * 3.1, 22u);
-    let grains = fractal_noise2(at * 31.0, width * 31.0, 23u);
-    // Blades of grass: noise stretched along a slowly turning direction.
-    let lean = 6.0 * fractal_noise2(at * 0.35, width * 0.35, 25u);
-    let along = vec2(cos(lean), sin(lean));
-    let blades = value_noise2(vec2(dot(at, along) * 14.0, dot(at, vec2(-along.y, along.x)) * 70.0), 26u) - 0.5;
-    let blades_seen = 1.0 - smoothstep(0.005, 0.02, width);
-    let grass = vec3(0.075, 0.098, 0.028) * (1.0 + 1.1 * fine + 0.6 * grains + 1.2 * blades * blades_seen)
-        + vec3(0.035, 0.022, 0.0) * smoothstep(-0.1, 0.3, patches + fine);
-    let earth = vec3(0.080, 0.054, 0.033) * (1.0 + 0.9 * fine + 1.2 * grains);
-    let grassy = smoothstep(-0.05, 0.12, patches + 0.5 * fine);
-    let under = Floor(mix(earth, grass, grassy), 0.0);
-    let drifts = fractal_noise2(at * 0.19 + 40.0, width * 0.19, 24u) + 0.35 * fine;
-    let covered = mix(0.12, 0.9, smoothstep(-0.2, 0.18, drifts)) * mix(1.0, 0.55, grassy);
-    let cover = litter(at * 9.0, width * 9.0, under, covered);
+    let dx = dpdx(in.world.xz);
+    let dy = dpdy(in.world.xz);
+    let width = sqrt(abs(dx.x * dy.y - dx.y * dy.x)) * 1.4;
+    let long = max(length(dx), length(dy));
+    // Beyond stands the backdrop.
+    if has(BACKDROP) && dot(in.world.xz, in.world.xz) > frame.backdrop.w * frame.backdrop.w {
+        discard;
+    }
+    let broad = fractal_noise2(at * 0.045, long * 0.045, 20u);
+    let growth = ground_growth(at, width);
+    let fine = fractal_noise2(at * 3.3, width * 3.3, 22u);
+    let tufts = fractal_noise2(at * 1.15, width * 1.15, 27u);
+    let grains = fractal_noise2(at * 29.0, width * 29.0, 23u);
+    let grassy = growth;
+    // Short grass: greener in the hollows, straw where it is dry.
+    let dry = smoothstep(-0.2, 0.3, broad + 0.6 * tufts);
+    var grass = mix(vec3(0.044, 0.060, 0.016), vec3(0.112, 0.102, 0.036), dry);
+    grass *= clamp(1.0 + 1.3 * fine + 0.9 * tufts + 0.8 * grains, 0.25, 2.2);
+    let earth = vec3(0.068, 0.046, 0.029) * clamp(1.0 + 0.9 * fine + 1.1 * grains + 0.6 * tufts, 0.3, 2.0);
+    let bumps = vec2(fine, tufts) * 0.8 + grains * 0.6;
+    let under = Floor(mix(earth, grass, grassy), 0.28 + 0.5 * tufts, bumps * 0.6);
+    let drifts = fractal_noise2(at * 0.27 + 40.0, width * 0.27, 24u) + 0.5 * fine + 0.35 * broad;
+    let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy);
+    let cover = litter(at * 8.3, width * 8.3, under, covered);
     let normal = normalize(in.normal);
-    let sun = max(dot(normal, frame.sun_direction), 0.0);
+    let relief = 1.0 - smoothstep(0.02, 0.12, width);
+    let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));
+    let sun = max(dot(leaning, frame.sun_direction), 0.0);
     // Rough ground darkens itself, the more the lower the light.
-    let cavity = 0.72 + 0.35 * cover.height + 0.5 * grains;
-    let light = frame.sun_color * sun / PI * sun_visibility(in.world, 2.0) + ambient(normal) * 0.85;
-    return vec4(through_air(cover.color * light * clamp(cavity, 0.4, 1.3), in.world), 1.0);
+    let cavity = clamp(0.42 + 0.5 * cover.height + 0.4 * heap + 0.4 * grains + 0.5 * fine, 0.3, 1.3);
+    let reach = sun_visibility(in.world, normal, in.clip.xy, frame.shadow_taps, 1.0);
+    let light = frame.sun_color * (sun / PI * reach * mix(cavity, 1.0, 0.5)) + ambient(leaning) * cavity;
+    return vec4(through_air(cover.color * light, in.world), 1.0);
 }

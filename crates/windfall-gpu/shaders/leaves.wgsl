@@ -71,8 +71,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.color = detail_color(tree.turn_season.w);
     }
     out.material = in.material_shed >> 24u;
-    let inside = length((in.center - model.crown_center) / model.crown_extent);
-    out.ambient = in.offset_ambient.w * crown_ambient(inside);
+    out.ambient = in.offset_ambient.w;
     out.contrast_seen = vec2(tree.fade_growth.w, seen);
     return out;
 }
@@ -149,17 +148,39 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let bent = normalize(in.bent_normal + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
-    let reach = sun_visibility(in.world, 2.5) * mix(0.7, 1.0, in.ambient);
+    let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
+    let reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5) * mix(0.6, 1.0, in.ambient);
     let facing = less_contrast(dot(normal, sun), in.contrast_seen.x);
-    let volume = max(dot(bent, sun), 0.0);
-    let reflected = mix(max(facing, 0.0), volume, 0.35);
-    // Transmitted light is more saturated: it passed the pigments once more.
-    let through = max(-facing, 0.0) * 0.55 * albedo * (0.6 + 0.8 * albedo / (max(albedo.r, max(albedo.g, albedo.b)) + 1e-3));
-    let half_way = normalize(view + sun);
-    let gloss = 0.04 * pow(max(dot(normal, half_way), 0.0), 24.0) * step(0.0, facing);
-    let direct = frame.sun_color * reach * (albedo * reflected / PI + through / PI + gloss);
-    let indirect = albedo * ambient(normalize(mix(normal, bent, 0.45))) * in.ambient;
-    return direct + indirect;
+    let leaf = leaf_diffuse(albedo);
+    let direct = frame.sun_color * reach
+        * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, has(GLOSS));
+    let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
+    // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
+    // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
+    let open = in.ambient / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
+    return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
+}
+
+// Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
+// along it. Veins are paler, the blade between them darkens to its margin.
+fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
+    let pixel = max(fwidth(uv.x), fwidth(uv.y));
+    let across = abs(uv.x - 0.5);
+    let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
+    var shade = 1.0 + 0.30 * rib * (1.0 - smoothstep(0.1, 0.4, pixel));
+    let margin = smoothstep(0.22, 0.5, across);
+    if pixel < 0.12 && has(VEINS) {
+        let turns = (uv.y - 0.75 * across) * 9.0;
+        let side = abs(fract(turns) - 0.5);
+        let vein = (1.0 - smoothstep(0.03, 0.10 + 9.0 * pixel, side)) * (1.0 - 0.6 * margin);
+        shade += (0.13 * vein - 0.03) * (1.0 - smoothstep(0.03, 0.12, pixel));
+        // Blotches: some of the green lasts along the veins, some of the margin has died.
+        let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
+        let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
+        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
+    }
+    let dried = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
+    return color * shade * mix(vec3(1.0), vec3(0.78, 0.66, 0.6), dried);
 }
 
 @fragment
@@ -169,14 +190,9 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 
 fn solid_color(in: Varyings) -> vec4<f32> {
     let surface = surfaces[in.material];
-    var albedo = tinted(in.color, surface);
+    var albedo = venation(in.uv, tinted(in.color, surface));
     if surface.layer >= 0 {
         albedo = textured(in, surface).rgb;
-    } else {
-        // Built-in leaves: a pale midrib, and a margin that dries first.
-        let across = abs(in.uv.x - 0.5);
-        let rib = 1.0 - smoothstep(0.008, 0.03, across);
-        albedo *= 1.0 + 0.25 * rib - 0.18 * smoothstep(0.25, 0.5, across);
     }
     return vec4(through_air(leaf_radiance(in, albedo), in.world), 1.0);
 }

@@ -19,6 +19,8 @@ struct Varyings {
     @location(2) uv: vec2<f32>,
     @location(3) shade: f32,
     @location(4) @interpolate(flat) material: u32,
+    // Metres above the foot.
+    @location(5) high: f32,
 }
 
 @vertex
@@ -32,29 +34,69 @@ fn vertex(in: WoodVertex, tree: Tree) -> Varyings {
     let inside = length((in.position - model.crown_center) / model.crown_extent);
     out.shade = select(1.0, mix(0.4, 1.0, smoothstep(0.3, 1.1, inside)), model.leaf_count > 0u);
     out.material = in.material;
+    out.high = in.position.y * tree.position_scale.w;
     return out;
 }
 
-// Bark: 0 ridge to 1 groove. x turns once around per whole number, y is metres along.
-fn groove(surface: Surface, uv: vec2<f32>) -> f32 {
-    let along = uv.y / surface.scale;
-    let around = abs(fract(uv.x) * 2.0 - 1.0); // meets itself on the other side
-    let width = max(fwidth(along), 2e-3);
+// What bark is at a place.
+struct Bark {
+    // Relief, 0 in the grooves to 1 on the ridges.
+    height: f32,
+    // Share of the groove's colour.
+    dark: f32,
+}
+
+// Distances to the nearest and second nearest of points jittered about a grid (Worley, "A Cellular
+// Texture Basis Function", SIGGRAPH 1996).
+fn cells(at: vec2<f32>, seed: u32) -> vec2<f32> {
+    let cell = floor(at);
+    var nearest = vec2(9.0);
+    for (var j = -1; j <= 1; j++) {
+        for (var i = -1; i <= 1; i++) {
+            let c = vec2<u32>(vec2<i32>(cell) + vec2(i, j));
+            let key = hash(hash(seed, c.x), c.y);
+            let d = cell + vec2(f32(i), f32(j)) + vec2(unit(key), unit(hash(key, 1u))) - at;
+            let far = length(d);
+            nearest = select(vec2(nearest.x, min(nearest.y, far)), vec2(far, nearest.x), far < nearest.x);
+        }
+    }
+    return nearest;
+}
+
+// uv in metres around and along.
+fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
+    let p = uv / surface.scale;
+    let pixel = metres / surface.scale;
+    let coarse = 1.0 - smoothstep(0.25, 0.9, pixel);
+    let fine = fractal_noise2(p * vec2(7.0, 3.0), pixel * 6.0, 8u);
+    let patchy = fractal_noise2(p * 0.35, pixel * 0.35, 9u);
     if surface.pattern == 4u {
-        // Paper: dark lenticels, wide and thin, and now and then a scar.
-        let lenticel = value_noise2(vec2(around * 5.0, along * 9.0), 3u);
-        let scar = value_noise2(vec2(around * 2.0, along * 1.3), 4u);
-        let lines = smoothstep(0.70, 0.80, lenticel) * (1.0 - smoothstep(0.2, 0.8, width * 9.0));
-        return max(lines, smoothstep(0.78, 0.88, scar));
+        // Paper: dark lenticels, wide and thin, and black scars.
+        let lines = fractal_noise2(p * vec2(1.6, 12.0), pixel * 9.0, 3u);
+        let lenticel = smoothstep(0.19, 0.28, lines) * coarse;
+        let scars = value_noise2(p * vec2(0.5, 0.8) + patchy, 4u) + 0.5 * fine;
+        // The foot is rough and black.
+        let foot = 0.35 * clamp(1.6 - high, 0.0, 1.6);
+        let scar = smoothstep(0.84, 0.96, scars + foot);
+        let grey = 0.10 + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
+        return Bark(0.7 - 0.5 * scar + 0.2 * fine, clamp(max(max(0.6 * lenticel, scar), grey), 0.0, 1.0));
     }
     if surface.pattern == 1u {
-        return 0.5 + fractal_noise2(vec2(around * 3.0, along), width, 5u);
+        // Smooth: faint wrinkles around, lichen in patches.
+        let wrinkle = fractal_noise2(p * vec2(1.2, 9.0), pixel * 6.0, 5u);
+        return Bark(0.5 + 0.35 * wrinkle + 0.2 * fine, clamp(0.45 + 1.1 * patchy + 0.5 * wrinkle + 0.5 * fine, 0.0, 1.0));
     }
-    let stretch = select(vec2(18.0, 1.0), vec2(9.0, 2.2), surface.pattern == 3u);
-    let warp = value_noise2(vec2(around * 4.0, along * 1.5), 7u);
-    let ridges = value_noise2(vec2(around * stretch.x + warp * 2.0, along * stretch.y), 6u);
-    let fine = fractal_noise2(vec2(around * 30.0, along * 8.0), width * 8.0, 8u);
-    return smoothstep(0.25, 0.75, ridges + 0.5 * fine);
+    // Ridges: long plates that grooves part; square ones on plated bark.
+    if coarse <= 0.0 {
+        return Bark(0.62, clamp(0.35 + 0.6 * patchy, 0.0, 1.0));
+    }
+    let stretch = select(vec2(1.5, 0.30), vec2(1.5, 0.42), surface.pattern == 3u);
+    let warp = vec2(fractal_noise2(p * 1.3, pixel * 1.3, 6u), fractal_noise2(p * 1.3 + 7.0, pixel * 1.3, 7u));
+    let near = cells(p * stretch + warp * 0.5, 10u);
+    let plate = smoothstep(0.02, 0.42, near.y - near.x);
+    let height = mix(0.62, plate, coarse) + 0.45 * fine;
+    let contrast = select(1.0, 0.55, surface.pattern == 3u);
+    return Bark(mix(0.7, height, contrast), clamp(0.4 + contrast * (0.45 - 0.8 * height) + 0.6 * patchy, 0.0, 1.0));
 }
 
 @fragment
@@ -63,14 +105,42 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     var albedo = surface.base_color;
     // Sampled outside of branches: derivatives need every pixel of a quad.
     let texel = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0));
+    let metres = sqrt(max(length(dpdx(in.uv)) * length(dpdy(in.uv)), 1e-10));
+    var surface_bark = Bark(1.0, 0.0);
+    if surface.pattern != 0u {
+        surface_bark = bark(surface, in.uv, metres, in.high);
+    }
+    let rise = vec2(dpdx(surface_bark.height), dpdy(surface_bark.height));
+    let world_x = dpdx(in.world);
+    let world_y = dpdy(in.world);
     if surface.layer >= 0 {
         albedo *= texel.rgb;
     }
+    let plane = normalize(select(-in.normal, in.normal, front));
+    var normal = plane;
+    var open = 1.0;
     if surface.pattern != 0u {
-        albedo *= mix(surface.ridge, surface.groove, clamp(groove(surface, in.uv), 0.0, 1.0));
+        albedo *= mix(surface.ridge, surface.groove, surface_bark.dark);
+        if has(BARK_RELIEF) {
+            // The height as a bump (Mikkelsen, "Bump Mapping Unparametrized Surfaces on the GPU", 2010).
+            let r1 = cross(world_y, normal);
+            let r2 = cross(normal, world_x);
+            let area = dot(world_x, r1);
+            let depth = surface.scale * 0.16;
+            let slope = sign(area) * (rise.x * r1 + rise.y * r2) * depth;
+            normal = normalize(abs(area) * normal - slope + plane * 1e-9);
+            open = clamp(0.45 + 0.75 * surface_bark.height, 0.3, 1.0);
+        }
+        // Moss and soil climb the foot.
+        let moss = smoothstep(0.1, 0.5, fractal_noise2(in.uv * 3.0, 0.0, 12u) + 0.55 - 0.45 * in.high) * (1.0 - 0.5 * surface_bark.dark);
+        albedo = mix(albedo, vec3(0.050, 0.062, 0.020), 0.65 * moss);
+        let soil = 1.0 - smoothstep(0.0, 0.28, in.high + 0.1 * fractal_noise2(in.uv * 9.0, 0.0, 13u));
+        albedo = mix(albedo, vec3(0.060, 0.043, 0.028), 0.8 * soil);
+        open *= mix(1.0, 0.55, soil);
     }
-    let normal = normalize(select(-in.normal, in.normal, front));
-    let sun = max(dot(normal, frame.sun_direction), 0.0);
-    let light = frame.sun_color * sun / PI * sun_visibility(in.world + normal * 0.03, 2.0) + ambient(normal) * in.shade;
+    let sun = max(dot(normal, frame.sun_direction), 0.0) * step(0.0, dot(plane, frame.sun_direction));
+    let taps = min(frame.shadow_taps, 6u);
+    let reach = sun_visibility(in.world, plane, in.clip.xy, taps, 1.5);
+    let light = frame.sun_color * (sun / PI * reach * mix(open, 1.0, 0.5)) + ambient(normal) * (in.shade * open);
     return vec4(through_air(albedo * light, in.world), 1.0);
 }

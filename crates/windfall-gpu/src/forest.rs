@@ -15,6 +15,7 @@ use windfall_core::forest::Forest;
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
+use windfall_core::wind::Wind;
 
 /// [`TreeInstance`] as a vertex buffer.
 pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
@@ -32,6 +33,7 @@ pub struct GpuForest {
     pub(crate) listed: Option<Mutex<ListedFalls>>,
     shedding: Shedding,
     gust_rate: f32,
+    pub(crate) wind: Wind,
     totals: FrameStats,
 }
 
@@ -120,6 +122,7 @@ impl GpuForest {
             .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
             .collect();
         let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
+        let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
         let listed = (falls.strategy != Strategy::Compute).then(|| {
             let passes = &renderer.listed;
@@ -140,9 +143,10 @@ impl GpuForest {
         Self {
             falls,
             listed: listed.map(Mutex::new),
+            wind,
             shedding,
             gust_rate,
-            ground: GroundMesh::new(device, &forest.terrain),
+            ground: GroundMesh::new(device, renderer.grass_layout(), &forest.terrain),
             trees: gpu_trees,
             lists,
             totals,

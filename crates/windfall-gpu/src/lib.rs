@@ -13,6 +13,7 @@ mod forest;
 mod listed;
 mod model;
 mod pass;
+mod quality;
 mod renderer;
 mod roster;
 #[doc(hidden)]
@@ -25,6 +26,8 @@ pub use capture::{Capture, CountLeaves, LeafCounts};
 pub use falls::Falls;
 pub use forest::{FrameStats, GpuForest, TreeCounts};
 pub use model::model_bytes;
+pub use pass::sky::{SkyPicture, SkyPictureError};
+pub use quality::Quality;
 pub use renderer::{Canvas, Renderer, Target};
 pub use strategy::{Elimination, Strategy, UnknownName};
 pub use view::{Camera, Culling, Show, Sky, View};

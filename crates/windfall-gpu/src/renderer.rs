@@ -5,16 +5,19 @@ use crate::forest::{FrameStats, GpuForest, TreeCounts};
 use crate::model::part_layout;
 use crate::pass::hiz::Pyramid;
 use crate::pass::shadow::{self, CASCADES, Shadows};
+use crate::pass::sky::{SkyLight, SkyPicture, sky_texture};
 use crate::pass::{
-    Cull, DrawTarget, Falls, Ground, HiZ, Leaves, ListedPasses, ListedTrees, Shaders, SkyDome,
-    ToneMap, Wood,
+    Cull, DrawTarget, Falls, Grass, Ground, HiZ, Leaves, ListedPasses, ListedTrees, Shaders,
+    SkyDome, ToneMap, Wood,
 };
 use crate::shared::{CullFrame, Frame, TreeList};
-use crate::view::{Culling, View};
+use crate::view::{Culling, Sky, View};
 use bytemuck::Zeroable;
-use std::sync::PoisonError;
+use glam::{Vec3, Vec4};
+use std::sync::{Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, OwningScope, Scope};
 use windfall_core::forest::Frustum;
+use windfall_core::light::SkyTable;
 
 /// Samples per pixel.
 pub(crate) const SAMPLES: u32 = 4;
@@ -26,12 +29,19 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Pipelines and layouts: made once for a device, the same for every forest and frame.
 pub struct Renderer {
     pub(crate) part_layout: wgpu::BindGroupLayout,
+    frame_layout: wgpu::BindGroupLayout,
     frame: FrameGroup,
     shadow_frames: [FrameGroup; CASCADES],
     shadows: Shadows,
     hiz: HiZ,
     pub(crate) cull: Cull,
+    sky_table: wgpu::Texture,
+    sky_sampler: wgpu::Sampler,
+    sky_picture: Option<SkyPicture>,
+    /// The light of the sky that was drawn last: what it takes to find depends on the sun alone.
+    sky_light: Mutex<Option<(Sky, SkyLight)>>,
     ground: Ground,
+    grass: Grass,
     wood: Wood,
     leaves: Leaves,
     pub(crate) falls: Falls,
@@ -44,6 +54,75 @@ pub struct Renderer {
 struct FrameGroup {
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
+}
+
+impl FrameGroup {
+    fn new(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        maps: &wgpu::TextureView,
+        shadow_sampler: &wgpu::Sampler,
+        skies: [&wgpu::TextureView; 2],
+        sky_sampler: &wgpu::Sampler,
+    ) -> Self {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let resources = [
+            buffer.as_entire_binding(),
+            wgpu::BindingResource::TextureView(maps),
+            wgpu::BindingResource::Sampler(shadow_sampler),
+            wgpu::BindingResource::TextureView(skies[0]),
+            wgpu::BindingResource::TextureView(skies[1]),
+            wgpu::BindingResource::Sampler(sky_sampler),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout,
+            entries: &entries,
+        });
+        Self { buffer, group }
+    }
+}
+
+fn sky_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
+}
+
+/// What the shaders need to know of a forest: its wind, the land about it, what its litter is.
+fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
+    let wind = &forest.wind;
+    frame.gusts =
+        wind.gusts.map(|g| Vec4::new(g.amplitude.x, g.amplitude.y, g.cycles as f32, g.phase));
+    frame.wind_mean = wind.mean;
+    frame.wind_travel = wind.travel;
+    frame.wind_slowness = wind.slowness;
+    frame.backdrop = forest.ground.backdrop;
+    // Late autumn's colours of all models; of those without a palette, brown.
+    let late = |palette: &[Vec4; 8]| (palette[4] + palette[5] + palette[6]).truncate() / 3.0;
+    let with_palette = forest.models.iter().filter(|m| m.uniform.palette_count > 0);
+    let (sum, count) = with_palette
+        .fold((Vec3::ZERO, 0.0), |(sum, n), m| (sum + late(&m.uniform.palette), n + 1.0));
+    let brown = Vec3::new(0.33, 0.18, 0.05);
+    frame.litter = (sum + brown) / (count + 1.0);
 }
 
 /// The textures between the passes, for one size of picture.
@@ -160,34 +239,38 @@ impl Renderer {
                     ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison),
                     count: None,
                 },
+                sky_entry(3),
+                sky_entry(4),
+                wgpu::BindGroupLayoutEntry {
+                    binding: 5,
+                    visibility: wgpu::ShaderStages::FRAGMENT,
+                    ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                    count: None,
+                },
             ],
         });
         let shadows = Shadows::new(device);
-        let frame_group = |maps: &wgpu::TextureView| {
-            let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("frame"),
-                size: size_of::<Frame>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM
-                    | wgpu::BufferUsages::COPY_DST
-                    | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            });
-            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("frame"),
-                layout: &frame_layout,
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() },
-                    wgpu::BindGroupEntry {
-                        binding: 1,
-                        resource: wgpu::BindingResource::TextureView(maps),
-                    },
-                    wgpu::BindGroupEntry {
-                        binding: 2,
-                        resource: wgpu::BindingResource::Sampler(&shadows.sampler),
-                    },
-                ],
-            });
-            FrameGroup { buffer, group }
+        let side = SkyTable::SIDE as u32;
+        let sky_table = sky_texture(device, "sky table", side, side);
+        let sky_sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("sky"),
+            address_mode_u: wgpu::AddressMode::Repeat,
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        let no_picture =
+            sky_texture(device, "no sky picture", 1, 1).create_view(&Default::default());
+        let sky = sky_table.create_view(&Default::default());
+        let frame_group = |maps| {
+            FrameGroup::new(
+                device,
+                &frame_layout,
+                maps,
+                &shadows.sampler,
+                [&sky, &no_picture],
+                &sky_sampler,
+            )
         };
         let part_layout = part_layout(device);
         let shaders = Shaders { device, frame_layout: &frame_layout };
@@ -196,6 +279,7 @@ impl Renderer {
             cull: Cull::new(&shaders, &hiz),
             hiz,
             ground: Ground::new(&shaders),
+            grass: Grass::new(&shaders),
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
             falls: Falls::new(&shaders, &part_layout),
@@ -207,6 +291,43 @@ impl Renderer {
             // A map cannot be looked up while it is drawn.
             shadow_frames: std::array::from_fn(|_| frame_group(&shadows.nothing)),
             shadows,
+            sky_picture: None,
+            sky_light: Mutex::new(None),
+            frame_layout,
+            sky_table,
+            sky_sampler,
+        }
+    }
+
+    /// Takes a picture of the sky as background and ambient light from now on, scaled to the
+    /// brightness that the model's sky has at that height of the sun. The sun itself stays the
+    /// view's: point it to where the picture has its own.
+    pub fn set_sky(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, picture: SkyPicture) {
+        let table = self.sky_table.create_view(&Default::default());
+        let skies = [&table, &picture.upload(device, queue)];
+        let (layout, sampler) = (&self.frame_layout, &self.shadows.sampler);
+        self.frame =
+            FrameGroup::new(device, layout, &self.shadows.view, sampler, skies, &self.sky_sampler);
+        self.sky_picture = Some(picture);
+        *self.sky_light.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    pub(crate) fn grass_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.grass.layout
+    }
+
+    /// The light of a sky, and its table on the GPU.
+    fn sky_light(&self, queue: &wgpu::Queue, sky: &Sky) -> SkyLight {
+        let key = Sky { haze: 0.0, exposure: 0.0, clouds: 0.0, ..*sky };
+        let mut last = self.sky_light.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*last {
+            Some((known, light)) if *known == key => light.clone(),
+            _ => {
+                let light = SkyLight::new(sky, self.sky_picture.as_ref());
+                light.write(queue, &self.sky_table);
+                *last = Some((key, light.clone()));
+                light
+            }
         }
     }
 
@@ -254,7 +375,10 @@ impl Renderer {
         target: Target<'_>,
     ) -> FrameStats {
         let Target { canvas, picture } = target;
-        let mut frame = view.frame(canvas.width, canvas.height);
+        let light = self.sky_light(queue, &view.sky);
+        let picture_sky = self.sky_picture.is_some();
+        let mut frame = view.frame(canvas.width, canvas.height, &light, picture_sky);
+        describe_forest(&mut frame, forest);
         let cascades = shadow::cascades(view, canvas.width as f32 / canvas.height as f32);
         shadow::describe(&mut frame, &cascades, view.shadows);
         queue.write_buffer(&self.frame.buffer, 0, bytemuck::bytes_of(&frame));
@@ -361,6 +485,8 @@ impl Renderer {
                 },
             );
             pass.set_bind_group(0, &self.shadow_frames[i].group, &[]);
+            let size = cascades[i].size as f32;
+            pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
             let fade = view.shadow_detail.fade.by;
             self.wood.draw(&mut pass, forest, wood(i + 1), DrawTarget::Shadow);
             self.leaves.draw(&mut pass, forest, leaves(i + 1), fade, DrawTarget::Shadow);
@@ -413,6 +539,9 @@ impl Renderer {
                 self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Radiance);
             } else {
                 self.falls.draw(&mut pass.scope("loose leaves"), forest);
+            }
+            if view.quality.grass {
+                self.grass.draw(&mut pass.scope("grass"), &forest.ground);
             }
             if !occlusion {
                 self.ground.draw(&mut pass.scope("ground"), &forest.ground);

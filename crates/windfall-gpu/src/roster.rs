@@ -258,7 +258,6 @@ impl Roster {
         let [material, ambient, bent_x, bent_y] = record.look.to_le_bytes();
         let bent = from_octahedral(Vec2::new(from_snorm8(bent_x), from_snorm8(bent_y)));
         let bent = octahedral(turn(bent));
-        let ambient = f32::from(ambient) * crown_ambient(from_center.length());
         let [twig_xy, twig_zw] = pack_rotation(leaf_fall.twig_orientation);
         let [lying_xy, lying_zw] = pack_rotation(landing.orientation);
         FallingLeaf {
@@ -278,12 +277,7 @@ impl Roster {
             lying_xy,
             lying_zw,
             seed: leaf_fall.seed,
-            look: u32::from_le_bytes([
-                material,
-                ambient.round() as u8,
-                snorm8(bent.x),
-                snorm8(bent.y),
-            ]),
+            look: u32::from_le_bytes([material, ambient, snorm8(bent.x), snorm8(bent.y)]),
             path_group: stream.path_group,
             model: stream.model,
         }
@@ -401,11 +395,6 @@ fn season_color(leaf: &FallingLeaf, model: &Model, season: f32) -> Vec3 {
     let x = phase * (model.palette_count - 1) as f32;
     let i = (x as u32).min(model.palette_count - 2) as usize;
     brightness * model.palette[i].lerp(model.palette[i + 1], x - i as f32).truncate()
-}
-
-fn crown_ambient(inside: f32) -> f32 {
-    let x = ((inside - 0.15) / (0.95 - 0.15)).clamp(0.0, 1.0);
-    0.35 + 0.65 * x * x * (3.0 - 2.0 * x)
 }
 
 fn unorm8(v: f32) -> u8 {

@@ -113,7 +113,7 @@ gpu_struct! {
         pub shadow_from_world: [Mat4; 3],
         /// Distances at which the cascades end, metres; `w` is 1 with shadows and 0 without.
         pub shadow_ends: Vec4,
-        /// Sizes of the cascades' texels, metres; `w` is a texel's share of a map.
+        /// Sizes of the cascades' texels, metres; `w` is the share of a side that is in use.
         pub shadow_texels: Vec4,
         /// The camera, metres.
         pub eye: Vec3,
@@ -127,26 +127,45 @@ gpu_struct! {
         pub sun_color: Vec3,
         /// Extinction of the air, 1/m.
         pub haze: f32,
-        /// Radiance of the sky at the zenith.
-        pub sky_zenith: Vec3,
+        /// Ambient light: `windfall_core::light::Ambient`.
+        pub ambient: [Vec4; 9],
+        /// Gusts: amplitude along x and z, cycles in the wind's period, phase.
+        pub gusts: [Vec4; 4],
+        /// Steady wind along x and z, m/s.
+        pub wind_mean: Vec2,
+        /// Direction in which gusts travel.
+        pub wind_travel: Vec2,
+        /// Where the land beyond the terrain begins: height of the ground at the origin, its rise
+        /// along x and z, distance from the origin.
+        pub backdrop: Vec4,
+        /// Linear colour of leaves that have just fallen.
+        pub litter: Vec3,
         /// Factor on radiance before tone mapping.
         pub exposure: f32,
-        /// Radiance of the sky at the horizon.
-        pub sky_horizon: Vec3,
         /// Pixels in a row.
         pub width: f32,
-        /// Radiance that the ground sends upwards.
-        pub ground_bounce: Vec3,
         /// Rows.
         pub height: f32,
+        /// Seconds per metre of the gusts.
+        pub wind_slowness: f32,
+        /// 1 where trees sway in the wind, 0 where they stand still.
+        pub sway: f32,
+        /// Bits of `windfall_gpu::Quality`; `shaders/shared/light.wgsl` names them.
+        pub effects: u32,
+        /// Samples of a shadow map at a pixel of the ground.
+        pub shadow_taps: u32,
+        /// Factor on the host's picture of the sky.
+        pub sky_scale: f32,
+        /// Share of the sky that thin clouds cover.
+        pub clouds: f32,
+        /// Added to how grassy the ground is.
+        pub grassy: f32,
         /// What colours mean: `windfall_gpu::Show` as a number.
         pub show: u32,
         /// 1 where leaves fade by easing in and out.
         pub fade_smooth: u32,
         /// The mean cosine towards which the shading of simplified trees draws together.
         pub mean_cosine: f32,
-        /// Unused.
-        pub frame_padding: f32,
     }
 }
 

@@ -1,8 +1,10 @@
 //! What the host says of a frame: camera, time, sky.
 
+use crate::pass::sky::SkyLight;
+use crate::quality::Quality;
 use crate::shared::Frame;
 use crate::strategy::UnknownName;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use windfall_core::simplify::{Reduction, Simplification};
 
 /// A pinhole camera.
@@ -42,15 +44,27 @@ pub struct Sky {
     pub sun_azimuth: f32,
     /// Height of the sun over the horizon, radians, `0..=π/2`.
     pub sun_elevation: f32,
-    /// Extinction of the air, 1/m; 0 is clear, 0.002 a hazy morning.
+    /// Haze over clear air high above, `1..=10`: 2 is a clear day, 5 hazy
+    /// ([`windfall_core::light::Atmosphere`]).
+    pub turbidity: f32,
+    /// Extinction of the air near the ground, 1/m; 0 is clear, 0.002 a hazy morning.
     pub haze: f32,
+    /// Share of the sky that thin clouds cover, `0..=1`.
+    pub clouds: f32,
     /// Exposure in stops; 0 is the default.
     pub exposure: f32,
 }
 
 impl Default for Sky {
     fn default() -> Self {
-        Self { sun_azimuth: 0.7, sun_elevation: 0.55, haze: 0.0012, exposure: 0.0 }
+        Self {
+            sun_azimuth: 0.7,
+            sun_elevation: 0.55,
+            turbidity: 2.2,
+            haze: 0.0008,
+            clouds: 0.35,
+            exposure: 0.0,
+        }
     }
 }
 
@@ -74,6 +88,8 @@ pub struct View {
     pub time: f32,
     /// Phase of autumn, 0 late summer to 1 bare.
     pub season: f32,
+    /// What grows on the ground: 0 bare of grass, 0.5 litter and grass in patches, 1 a meadow.
+    pub meadow: f32,
     /// Whether the sun casts shadows.
     pub shadows: bool,
     /// What colours mean.
@@ -84,6 +100,8 @@ pub struct View {
     pub shadow_detail: Simplification,
     /// Which trees are left out.
     pub culling: Culling,
+    /// What the picture may cost.
+    pub quality: Quality,
 }
 
 /// Which trees are left out of the picture. None of them is ever seen in it: the picture is the same.
@@ -186,11 +204,13 @@ impl View {
             sky: Sky::default(),
             time: 0.0,
             season: 0.5,
+            meadow: 0.4,
             shadows: true,
             show: Show::Picture,
             detail: Simplification::default(),
             shadow_detail: Self::SHADOW_DETAIL,
             culling: Culling::default(),
+            quality: Quality::default(),
         }
     }
 
@@ -198,15 +218,9 @@ impl View {
     pub const SHADOW_DETAIL: Simplification =
         Simplification { reduction: Reduction::Distance { d0: 15.0 }, ..Simplification::DEFAULT };
 
-    pub(crate) fn frame(&self, width: u32, height: u32) -> Frame {
+    /// The frame's uniforms, but for what the forest and the shadow maps add.
+    pub(crate) fn frame(&self, width: u32, height: u32, light: &SkyLight, picture: bool) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
-        // The lower the sun, the longer its way through the air: blue is scattered out first.
-        let elevation = self.sky.sun_elevation.max(0.02);
-        let air_mass =
-            1.0 / (elevation.sin() + 0.15 * (elevation.to_degrees() + 3.885).powf(-1.253));
-        let sun_color = 11.4
-            * Vec3::new(0.032, 0.082, 0.185).map(|optical_depth| (-optical_depth * air_mass).exp());
-        let day = elevation.sin().sqrt();
         Frame {
             clip_from_world,
             world_from_clip: clip_from_world.inverse(),
@@ -217,18 +231,27 @@ impl View {
             time: self.time,
             sun_direction: self.sky.sun_direction(),
             season: self.season,
-            sun_color,
+            sun_color: light.sun,
             haze: self.sky.haze,
-            sky_zenith: Vec3::new(0.16, 0.33, 0.72) * (0.35 + 0.65 * day),
+            ambient: light.ambient.0.map(|c| c.extend(0.0)),
+            gusts: [Vec4::ZERO; 4],
+            wind_mean: Vec2::ZERO,
+            wind_travel: Vec2::ZERO,
+            backdrop: Vec4::ZERO,
+            litter: Vec3::ZERO,
             exposure: self.sky.exposure.exp2(),
-            sky_horizon: Vec3::new(0.74, 0.80, 0.88) * (0.4 + 0.6 * day),
             width: width as f32,
-            ground_bounce: Vec3::new(0.16, 0.12, 0.07) * (0.3 + 0.7 * day),
             height: height as f32,
+            wind_slowness: 0.0,
+            sway: f32::from(u8::from(self.quality.sway)),
+            effects: self.quality.effects(picture),
+            shadow_taps: self.quality.shadow_taps.clamp(1, 16),
+            sky_scale: light.scale,
+            clouds: self.sky.clouds,
+            grassy: 0.7 * (self.meadow - 0.5),
             show: self.show as u32,
             fade_smooth: u32::from(self.detail.fade.smooth),
             mean_cosine: self.detail.mean_cosine,
-            frame_padding: 0.0,
         }
     }
 }

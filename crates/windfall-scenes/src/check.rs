@@ -5,7 +5,7 @@ use windfall_core::forest::Placement;
 use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
-use windfall_gpu::{Culling, Elimination, Strategy};
+use windfall_gpu::{Culling, Elimination, Quality, Strategy};
 
 /// Largest width or height of a picture, pixels; a device may allow less.
 const LARGEST_SIDE: u32 = 16_384;
@@ -59,11 +59,14 @@ impl Scene {
         number("terrain.relief", self.terrain.relief, 0.0, 1000.0)?;
         number("terrain.slope", self.terrain.slope.0, -2.0, 2.0)?;
         number("terrain.slope", self.terrain.slope.1, -2.0, 2.0)?;
+        number("terrain.meadow", self.terrain.meadow, 0.0, 1.0)?;
         number("season", self.season, 0.0, 1.0)?;
         number("season_spread", self.season_spread, 0.0, 1.0)?;
         number("sky.azimuth", self.sky.azimuth, -3600.0, 3600.0)?;
         number("sky.elevation", self.sky.elevation, 0.0, 90.0)?;
+        number("sky.turbidity", self.sky.turbidity, 1.0, 10.0)?;
         number("sky.haze", self.sky.haze, 0.0, 1.0)?;
+        number("sky.clouds", self.sky.clouds, 0.0, 1.0)?;
         number("sky.exposure", self.sky.exposure, -20.0, 20.0)?;
         if let Some(shedding) = &self.shedding {
             number("shedding.start", shedding.start, -1e6, 1e6)?;
@@ -80,6 +83,7 @@ impl Scene {
             ("strategy", self.strategy.parse::<Strategy>().err()),
             ("elimination", self.elimination.parse::<Elimination>().err()),
             ("culling", self.culling.parse::<Culling>().err()),
+            ("quality", self.quality.parse::<Quality>().err()),
         ];
         for (place, unknown) in known {
             if let Some(unknown) = unknown {

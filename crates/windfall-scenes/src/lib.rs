@@ -103,6 +103,9 @@ pub struct Scene {
     /// Which trees are left out: `off`, `clip-space`, `sphere` or `occlusion`.
     #[serde(default = "defaults::culling")]
     pub culling: String,
+    /// What the picture may cost: `low`, `medium` or `high`.
+    #[serde(default = "defaults::quality")]
+    pub quality: String,
 }
 
 /// A kind of tree in the forest.
@@ -157,11 +160,13 @@ pub struct Ground {
     pub relief: f32,
     /// Rise along x and z, metres per metre.
     pub slope: (f32, f32),
+    /// What grows on it: 0 bare of grass, 1 a meadow.
+    pub meadow: f32,
 }
 
 impl Default for Ground {
     fn default() -> Self {
-        Self { relief: 2.5, slope: (0.0, 0.0) }
+        Self { relief: 2.5, slope: (0.0, 0.0), meadow: 0.4 }
     }
 }
 
@@ -229,22 +234,37 @@ pub struct CameraKey {
 }
 
 /// Sun and air.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkyEntry {
     /// Direction of the sun seen from above: 0 is +Z, 90 is +X.
     pub azimuth: f32,
     /// Height of the sun, 0 to 90.
     pub elevation: f32,
-    /// Extinction of the air, 1/m.
+    /// Haze over clear air high above, 1 to 10: 2 is a clear day.
+    pub turbidity: f32,
+    /// Extinction of the air near the ground, 1/m.
     pub haze: f32,
+    /// Share of the sky that thin clouds cover, 0 to 1.
+    pub clouds: f32,
     /// Exposure, stops.
     pub exposure: f32,
+    /// An equirectangular picture of the sky, `.hdr` or `.exr`, relative to the scene file: in place
+    /// of the model's as background and ambient light. Azimuth and elevation are to be its sun's.
+    pub picture: Option<String>,
 }
 
 impl Default for SkyEntry {
     fn default() -> Self {
-        Self { azimuth: 40.0, elevation: 32.0, haze: 0.0012, exposure: 0.0 }
+        Self {
+            azimuth: 40.0,
+            elevation: 32.0,
+            turbidity: 2.2,
+            haze: 0.0008,
+            clouds: 0.35,
+            exposure: 0.0,
+            picture: None,
+        }
     }
 }
 
@@ -258,6 +278,9 @@ mod defaults {
     }
     pub fn loose_leaves() -> u32 {
         1_000_000
+    }
+    pub fn quality() -> String {
+        windfall_gpu::Quality::PRESETS[2].0.to_owned()
     }
     pub fn strategy() -> String {
         windfall_gpu::Strategy::default().to_string()

@@ -2,11 +2,14 @@
 
 use crate::Scene;
 
-const SCENES: [(&str, &str); 4] = [
+const SCENES: [(&str, &str); 7] = [
     ("autumn", include_str!("../scenes/autumn.ron")),
+    ("against-the-sun", include_str!("../scenes/against-the-sun.ron")),
+    ("forest-path", include_str!("../scenes/forest-path.ron")),
     ("hillside", include_str!("../scenes/hillside.ron")),
     ("leaves-in-the-air", include_str!("../scenes/leaves-in-the-air.ron")),
     ("lone-oak", include_str!("../scenes/lone-oak.ron")),
+    ("under-the-canopy", include_str!("../scenes/under-the-canopy.ron")),
 ];
 
 /// Names of the built-in scenes; the first is the default.

@@ -128,16 +128,20 @@ impl Scene {
             sky: Sky {
                 sun_azimuth: self.sky.azimuth.to_radians(),
                 sun_elevation: self.sky.elevation.to_radians(),
+                turbidity: self.sky.turbidity,
                 haze: self.sky.haze,
+                clouds: self.sky.clouds,
                 exposure: self.sky.exposure,
             },
             time,
             season: self.season,
+            meadow: self.terrain.meadow,
             shadows: self.shadows,
             show: Show::default(),
             detail: self.detail.simplification(),
             shadow_detail: self.shadow_detail.simplification(),
             culling: self.culling.parse().unwrap_or_default(),
+            quality: self.quality.parse().unwrap_or_default(),
         }
     }
 

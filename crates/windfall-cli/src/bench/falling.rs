@@ -14,7 +14,7 @@ use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
-use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Strategy, View};
+use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Quality, Strategy, View};
 use windfall_scenes::Stage;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
@@ -147,8 +147,10 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
     View {
         time,
         season: 0.55,
+        meadow: 0.5,
         shadows: false,
         detail: Simplification::NONE,
+        quality: Quality::LOW,
         ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
     }
 }

@@ -2,6 +2,7 @@
 
 mod bare;
 mod falling;
+mod picture;
 mod stand;
 
 use serde::Serialize;
@@ -17,12 +18,15 @@ pub struct Args {
 enum What {
     /// Falling leaves: strategies over a walkthrough, a million leaves, cost against count
     Falling(falling::Args),
+    /// Presets of quality and single effects, over the named scenes
+    Picture(picture::Args),
 }
 
 /// Runs `windfall bench`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Falling(args) => falling::run(args),
+        What::Picture(args) => picture::run(args),
     }
 }
 

@@ -10,7 +10,7 @@ pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
 
 use crate::rng::{Rng, hash, unit};
-use crate::simplify::visible_share;
+use crate::simplify::{openness, visible_share};
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
@@ -117,7 +117,7 @@ impl LeafShape {
 impl Foliage {
     /// Puts leaves together into a foliage: finds the crown's centre and the share of a leaf in what
     /// is seen of it, bends the normals, and makes the prune order (random, Fichtner 3.2) and the
-    /// shed order. `ambient` is kept; `bent_normal`
+    /// shed order, and finds how open to the sky each leaf is. `ambient` is overwritten; `bent_normal`
     /// is read as the leaf's own normal; `shed_rank` is overwritten.
     pub fn assemble(
         mut leaves: Vec<Leaf>,
@@ -158,6 +158,10 @@ impl Foliage {
             visible_share: 0.0,
         };
         foliage.visible_share = visible_share(&foliage);
+        let open = openness(&foliage);
+        for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
+            leaf.ambient = open;
+        }
         foliage
     }
 

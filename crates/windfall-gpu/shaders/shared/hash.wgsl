@@ -43,3 +43,9 @@ fn fractal_noise2(at: vec2<f32>, width: f32, seed: u32) -> f32 {
     }
     return sum;
 }
+
+// How grassy the ground is, 0 to 1: patches of a few metres with ragged edges.
+fn ground_growth(at: vec2<f32>, width: f32) -> f32 {
+    let patches = fractal_noise2(at * 0.062, width * 0.062, 21u) + 0.75 * fractal_noise2(at * 0.31, width * 0.31, 25u);
+    return smoothstep(-0.10, 0.22, patches + frame.grassy);
+}

@@ -18,6 +18,8 @@ fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {
     return vec3(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
 }
 
+// Where a point of the tree is in the wind.
 fn world_from_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
-    return tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
+    let rest = tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
+    return rest + sway(rest, tree.position_scale.y);
 }

@@ -25,6 +25,8 @@ struct LeafConstants {
 // place.
 const WITHERING: f32 = 240.0;
 const VANISHING: f32 = 6.0;
+// Seconds over which the twig's motion goes out of a leaf that has left it.
+const LETTING_GO: f32 = 1.5;
 // FallFrame.show: the picture; VB Figure 5, leaves by the lap of their path, those that lie in pink.
 const SHOW_LAPS: u32 = 1u;
 const LANDED_COLOR = vec3<f32>(1.0, 0.16, 0.42);
@@ -77,6 +79,10 @@ fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
         position = pose.position;
         orientation = pose.orientation;
         bend = pose.bend;
+        // It leaves the twig where the wind has moved that, and takes its own way from there.
+        let foot = ground_at(leaf.falls.origin.xz).height;
+        let free = smooth_step(elapsed / min(LETTING_GO, leaf.landing.w));
+        position += sway(leaf.falls.origin, foot) * (1.0 - free);
         let settle = settle_time(leaf.landing.w);
         lift *= smooth_step(1.0 - (leaf.landing.w - elapsed) / max(settle, 1e-30));
         if fall.show == SHOW_LAPS {

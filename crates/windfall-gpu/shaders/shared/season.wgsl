@@ -23,12 +23,6 @@ fn leaf_season(tree_seed: u32, season_offset: f32, leaf: u32, high: f32, spread:
     return season_of(hash(tree_seed, leaf), ripeness(season_offset, high), spread);
 }
 
-// Share of the ambient light that reaches a leaf at `inside` crowns from the crown's centre: deep in
-// the crown less of the sky is seen.
-fn crown_ambient(inside: f32) -> f32 {
-    return mix(0.35, 1.0, smoothstep(0.15, 0.95, inside));
-}
-
 // A unit vector as a point of the square -1..1 (Meyer et al. 2010, octahedral normals).
 fn octahedral(n: vec3<f32>) -> vec2<f32> {
     let p = n.xz / (abs(n.x) + abs(n.y) + abs(n.z));

@@ -5,12 +5,16 @@ use super::{
     draw::{Draw, DrawTarget},
 };
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use windfall_core::forest::Terrain;
 
 /// How far the ground goes on beyond the terrain's edge, metres.
 const HORIZON: f32 = 6000.0;
+/// How far from the terrain's middle the land of the backdrop begins: its half, this much more, and
+/// not nearer than [`NEAREST_BACKDROP`], metres.
+const MEADOW: f32 = 40.0;
+const NEAREST_BACKDROP: f32 = 140.0;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -28,12 +32,16 @@ pub(crate) struct GroundMesh {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     index_count: u32,
+    /// The heights, for the grass.
+    pub heights: wgpu::BindGroup,
+    /// `Frame::backdrop`.
+    pub backdrop: Vec4,
 }
 
 impl GroundMesh {
     /// The same two triangles a cell as [`Terrain`], with one more ring of cells around them that
     /// reaches to the horizon, level along its axis as the terrain is there.
-    pub fn new(device: &wgpu::Device, terrain: &Terrain) -> Self {
+    pub fn new(device: &wgpu::Device, grass: &wgpu::BindGroupLayout, terrain: &Terrain) -> Self {
         let inner = terrain.side();
         let side = inner + 2;
         let half = terrain.extent() * 0.5;
@@ -74,7 +82,22 @@ impl GroundMesh {
                 usage,
             })
         };
+        let table: Vec<f32> = [inner as f32, terrain.cell()]
+            .into_iter()
+            .chain(terrain.heights().iter().copied())
+            .collect();
+        let table =
+            init("terrain heights", bytemuck::cast_slice(&table), wgpu::BufferUsages::STORAGE);
         Self {
+            heights: device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("terrain heights"),
+                layout: grass,
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: table.as_entire_binding(),
+                }],
+            }),
+            backdrop: backdrop(terrain),
             vertices: init(
                 "ground vertices",
                 bytemuck::cast_slice(&vertices),
@@ -117,5 +140,35 @@ impl Ground {
         pass.set_vertex_buffer(0, mesh.vertices.slice(..));
         pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..mesh.index_count, 0, 0..1);
+    }
+}
+
+/// The plane nearest to the terrain's rim, and the distance at which the backdrop stands on it.
+fn backdrop(terrain: &Terrain) -> Vec4 {
+    const PLACES: u32 = 64;
+    let radius = (terrain.extent() * 0.5 + MEADOW).max(NEAREST_BACKDROP);
+    let mut plane = Vec3::ZERO;
+    for i in 0..PLACES {
+        let (sin, cos) = (std::f32::consts::TAU * i as f32 / PLACES as f32).sin_cos();
+        let height = terrain.height(radius * cos, radius * sin);
+        // Least squares over a circle: the mean, and twice the first waves.
+        plane += Vec3::new(1.0, 2.0 * cos / radius, 2.0 * sin / radius) * height;
+    }
+    (plane / PLACES as f32).extend(radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+
+    #[test]
+    fn the_backdrop_stands_on_the_rim_of_the_terrain() {
+        assert_eq!(backdrop(&Terrain::flat()), Vec4::new(0.0, 0.0, 0.0, NEAREST_BACKDROP));
+        // A slope of 0.1 over 400 m, level beyond: between 0.08 and 0.1 at the rim.
+        let plane = backdrop(&Terrain::slope(Vec2::new(0.0, -0.1), 400.0));
+        assert!(plane.x.abs() < 1e-3 && plane.y.abs() < 1e-4, "{plane}");
+        assert!((-0.1..-0.08).contains(&plane.z), "{plane}");
+        assert_eq!(plane.w, 240.0);
     }
 }

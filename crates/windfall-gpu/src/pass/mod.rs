@@ -4,13 +4,14 @@ pub(crate) mod cull;
 mod draw;
 mod falls;
 mod fragment_falls;
+mod grass;
 pub(crate) mod ground;
 pub(crate) mod hiz;
 mod leaves;
 mod listed;
 mod litter;
 pub(crate) mod shadow;
-mod sky;
+pub(crate) mod sky;
 mod tone_map;
 mod vertex_buffer_falls;
 mod vertex_falls;
@@ -19,6 +20,7 @@ mod wood;
 pub(crate) use cull::Cull;
 pub(crate) use draw::DrawTarget;
 pub(crate) use falls::Falls;
+pub(crate) use grass::Grass;
 pub(crate) use ground::Ground;
 pub(crate) use hiz::HiZ;
 pub(crate) use leaves::Leaves;
@@ -62,6 +64,8 @@ fn compose(sources: &[&str]) -> String {
         include_str!("../../shaders/shared/frame.wgsl"),
         include_str!("../../shaders/shared/hash.wgsl"),
         include_str!("../../shaders/shared/light.wgsl"),
+        include_str!("../../shaders/shared/leaf_light.wgsl"),
+        include_str!("../../shaders/shared/sway.wgsl"),
         include_str!("../../shaders/shared/season.wgsl"),
     ];
     [structs.concat(), shared.join("\n"), sources.join("\n")].join("\n")

@@ -7,10 +7,10 @@ use windfall_core::simplify::Simplification;
 
 /// Number of cascades.
 pub(crate) const CASCADES: usize = 3;
-/// Texels along a side of a cascade.
+/// Most texels along a side of a cascade.
 const SIZE: u32 = 2048;
 /// Where each cascade ends, metres from the camera.
-const ENDS: [f32; CASCADES] = [14.0, 48.0, 180.0];
+const ENDS: [f32; CASCADES] = [14.0, 52.0, 220.0];
 /// How far beyond a cascade's sphere, towards the sun, something may stand that shades it, metres.
 const REACH: f32 = 120.0;
 
@@ -21,6 +21,8 @@ pub(crate) struct Cascade {
     pub clip_from_world: Mat4,
     /// Size of a texel, metres.
     pub texel: f32,
+    /// Texels along a side: a map may use a corner of its texture.
+    pub size: u32,
 }
 
 /// The shadow maps.
@@ -82,9 +84,10 @@ impl Shadows {
 /// The cascades of a view, nearest first.
 pub(crate) fn cascades(view: &View, aspect: f32) -> [Cascade; CASCADES] {
     let sun = view.sky.sun_direction();
+    let size = view.quality.shadow_size.clamp(256, SIZE);
     let mut start = view.camera.near;
     ENDS.map(|end| {
-        let cascade = cascade(&view.camera, aspect, sun, start, end);
+        let cascade = cascade(&view.camera, aspect, sun, size, start, end);
         start = end;
         cascade
     })
@@ -92,7 +95,7 @@ pub(crate) fn cascades(view: &View, aspect: f32) -> [Cascade; CASCADES] {
 
 /// A square map around the sphere that holds the view between two distances. The sphere does not
 /// change when the camera turns, and its centre moves in whole texels: shadows' edges stand still.
-fn cascade(camera: &Camera, aspect: f32, sun: Vec3, start: f32, end: f32) -> Cascade {
+fn cascade(camera: &Camera, aspect: f32, sun: Vec3, size: u32, start: f32, end: f32) -> Cascade {
     let tan = (camera.fov_y * 0.5).tan();
     let corner = tan * tan * (1.0 + aspect * aspect);
     // Where the sphere's centre must be along the view to touch both ends' corners.
@@ -103,7 +106,7 @@ fn cascade(camera: &Camera, aspect: f32, sun: Vec3, start: f32, end: f32) -> Cas
 
     let up = if sun.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
     let light_from_world = Mat4::look_to_rh(Vec3::ZERO, -sun, up);
-    let texel = 2.0 * radius / SIZE as f32;
+    let texel = 2.0 * radius / size as f32;
     let at = light_from_world.transform_point3(center);
     let snapped = Vec3::new((at.x / texel).floor() * texel, (at.y / texel).floor() * texel, at.z);
     let projection = Mat4::orthographic_rh(
@@ -114,7 +117,7 @@ fn cascade(camera: &Camera, aspect: f32, sun: Vec3, start: f32, end: f32) -> Cas
         -snapped.z - radius - REACH,
         -snapped.z + radius,
     );
-    Cascade { clip_from_world: projection * light_from_world, texel }
+    Cascade { clip_from_world: projection * light_from_world, texel, size }
 }
 
 impl Cascade {
@@ -132,7 +135,8 @@ impl Cascade {
 pub(crate) fn describe(frame: &mut Frame, cascades: &[Cascade; CASCADES], on: bool) {
     frame.shadow_from_world = cascades.map(|c| c.clip_from_world);
     frame.shadow_ends = Vec3::from(ENDS).extend(f32::from(u8::from(on)));
-    frame.shadow_texels = Vec3::from(cascades.map(|c| c.texel)).extend(1.0 / SIZE as f32);
+    frame.shadow_texels =
+        Vec3::from(cascades.map(|c| c.texel)).extend(cascades[0].size as f32 / SIZE as f32);
 }
 
 #[cfg(test)]
@@ -144,6 +148,7 @@ mod tests {
     fn view(eye: Vec3, target: Vec3, elevation: f32) -> View {
         View {
             sky: Sky { sun_elevation: elevation, ..Sky::default() },
+            quality: crate::Quality::HIGH,
             ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
         }
     }

@@ -11,7 +11,6 @@
 //! ```
 
 mod leaf;
-mod light;
 pub mod params;
 mod stem;
 pub mod table;
@@ -203,9 +202,8 @@ fn build(params: &Params, seed: u32, count: impl Fn(usize, usize) -> u32) -> Tre
     ];
     let blades = leaf::blades(&params.leaves, &rng.stream(2));
     let count = count(wood.vertices.len(), blades[0].shape.positions.len());
-    let mut leaves = leaf::place(&params.leaves, count, &blades, &stems, &mut rng.stream(3));
+    let leaves = leaf::place(&params.leaves, count, &blades, &stems, &mut rng.stream(3));
     let shapes: Vec<LeafShape> = blades.into_iter().map(|b| b.shape).collect();
-    light::ambient(&mut leaves, &shapes);
     let material = Material {
         name: format!("{} leaf", params.name),
         base_color: Vec3::ONE,

@@ -247,7 +247,9 @@ fn skin(stem: &Stem, wood: &mut Wood) {
         }
     }
     let tip = stem.points[rings];
-    let mut along = 0.0;
+    // Metres around and along; another stretch of the bark for each stem.
+    let girth = TAU * stem.radii[0] * (1.0 + 0.4 * stem.flare);
+    let mut along = 3.0 * (base as f32 * 0.618_034).fract();
     for i in 0..rings {
         if i > 0 {
             along += stem.points[i].distance(stem.points[i - 1]);
@@ -264,7 +266,7 @@ fn skin(stem: &Stem, wood: &mut Wood) {
                     .cross(rise)
                     .try_normalize()
                     .unwrap_or_else(|| (at(i, j) - stem.points[i]).normalize_or(Vec3::Y)),
-                uv: Vec2::new(column as f32 / sides as f32, along),
+                uv: Vec2::new(girth * column as f32 / sides as f32, along),
                 material,
             });
         }
@@ -273,7 +275,7 @@ fn skin(stem: &Stem, wood: &mut Wood) {
     wood.vertices.push(WoodVertex {
         position: tip,
         normal: tangent(rings),
-        uv: Vec2::new(0.5, along),
+        uv: Vec2::new(girth * 0.5, along),
         material,
     });
     let row = sides as u32 + 1;

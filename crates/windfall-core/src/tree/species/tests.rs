@@ -65,7 +65,7 @@ fn wood_is_sound() {
         for v in &wood.vertices {
             assert!(v.position.is_finite() && v.uv.is_finite());
             assert!((v.normal.length() - 1.0).abs() < 1e-4, "{species}: {}", v.normal);
-            assert!((0.0..=1.0).contains(&v.uv.x) && (0.0..25.0).contains(&v.uv.y));
+            assert!((0.0..=8.0).contains(&v.uv.x) && (0.0..28.0).contains(&v.uv.y));
             assert!((v.material as usize) < wood.materials.len());
         }
         assert!(wood.indices.iter().all(|&i| (i as usize) < wood.vertices.len()));

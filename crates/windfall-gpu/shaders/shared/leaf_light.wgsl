@@ -1,0 +1,49 @@
+// What a leaf does to light: the twin of windfall_core::light::leaf, where the sources are named.
+
+const WAX: f32 = 0.034;
+const WAX_ALPHA: f32 = 0.25;
+
+struct LeafDiffuse {
+    reflected: vec3<f32>,
+    passed: vec3<f32>,
+}
+
+fn leaf_diffuse(color: vec3<f32>) -> LeafDiffuse {
+    let tint = color / max(max(color.r, max(color.g, color.b)), 1e-3);
+    let through = color * tint * 0.8;
+    let all = color + through;
+    let keep = 0.96 / max(max(all.r, max(all.g, all.b)), 0.96);
+    return LeafDiffuse(color * keep, through * keep);
+}
+
+fn wax_fresnel(cosine: f32) -> f32 {
+    let x = clamp(1.0 - cosine, 0.0, 1.0);
+    return WAX + (1.0 - WAX) * x * x * x * x * x;
+}
+
+// Radiance towards `view` per irradiance on a surface that faces the light; `normal` is on the
+// viewer's side, `facing` its cosine with the light, `volume` that of the bent normal.
+fn leaf_scatter(
+    leaf: LeafDiffuse,
+    normal: vec3<f32>,
+    facing: f32,
+    volume: f32,
+    bend: f32,
+    light: vec3<f32>,
+    view: vec3<f32>,
+    glossy: bool,
+) -> vec3<f32> {
+    let n_v = max(dot(normal, view), 1e-3);
+    let front = max(facing, 0.0) * (1.0 - bend) + max(volume, 0.0) * bend;
+    let body = (leaf.reflected * front + leaf.passed * max(-facing, 0.0)) * ((1.0 - wax_fresnel(n_v)) / PI);
+    if facing <= 0.0 || !glossy {
+        return body;
+    }
+    let half_way = normalize(light + view);
+    let n_h = clamp(dot(normal, half_way), 0.0, 1.0);
+    let a2 = WAX_ALPHA * WAX_ALPHA;
+    let d = n_h * n_h * (a2 - 1.0) + 1.0;
+    let visibility = 0.5 / (2.0 * facing * n_v * (1.0 - WAX_ALPHA) + (facing + n_v) * WAX_ALPHA);
+    let gloss = a2 / (PI * d * d) * visibility * wax_fresnel(max(dot(view, half_way), 0.0)) * facing;
+    return body + gloss;
+}

@@ -1,0 +1,94 @@
+//! What a picture may cost.
+
+use crate::strategy::UnknownName;
+
+/// Effects, each by itself; three presets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quality {
+    /// Texels along a side of a shadow map, 256 to 2048.
+    pub shadow_size: u32,
+    /// Samples of a shadow map at a pixel of the ground, 1 to 16; trees take fewer.
+    pub shadow_taps: u32,
+    /// Whether shadows soften with the distance of what casts them.
+    pub penumbrae: bool,
+    /// Whether trees move in the wind.
+    pub sway: bool,
+    /// Whether near leaves have veins and blotches.
+    pub veins: bool,
+    /// Whether leaves are glossy.
+    pub gloss: bool,
+    /// Whether single dead leaves show on the near ground.
+    pub ground_detail: bool,
+    /// Whether bark has relief.
+    pub bark_relief: bool,
+    /// Whether grass grows about the camera.
+    pub grass: bool,
+    /// Whether woods and hills stand beyond the terrain.
+    pub backdrop: bool,
+}
+
+impl Quality {
+    /// The least: for weak devices and for measurements of something else.
+    pub const LOW: Self = Self {
+        shadow_size: 1024,
+        shadow_taps: 4,
+        penumbrae: false,
+        sway: true,
+        veins: false,
+        gloss: false,
+        ground_detail: false,
+        bark_relief: false,
+        grass: false,
+        backdrop: true,
+    };
+    /// Between the two.
+    pub const MEDIUM: Self = Self {
+        shadow_size: 2048,
+        shadow_taps: 8,
+        veins: true,
+        gloss: true,
+        ground_detail: true,
+        ..Self::LOW
+    };
+    /// Everything; the default.
+    pub const HIGH: Self =
+        Self { shadow_taps: 12, penumbrae: true, bark_relief: true, grass: true, ..Self::MEDIUM };
+    /// The presets, cheapest first, with their names on command lines and in scenes.
+    pub const PRESETS: [(&'static str, Self); 3] =
+        [("low", Self::LOW), ("medium", Self::MEDIUM), ("high", Self::HIGH)];
+
+    /// Bits for the shaders (`shaders/shared/light.wgsl`).
+    pub(crate) fn effects(&self, sky_picture: bool) -> u32 {
+        [
+            sky_picture,
+            self.penumbrae,
+            self.veins,
+            self.ground_detail,
+            self.bark_relief,
+            self.backdrop,
+            self.gloss,
+        ]
+        .iter()
+        .enumerate()
+        .map(|(i, &on)| u32::from(on) << i)
+        .sum()
+    }
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self::HIGH
+    }
+}
+
+impl std::str::FromStr for Quality {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::PRESETS
+            .iter()
+            .find(|(preset, _)| *preset == name)
+            .map(|(_, quality)| *quality)
+            .ok_or_else(|| UnknownName::new("quality", name, &Self::PRESETS.map(|p| p.0)))
+    }
+}
