@@ -3,6 +3,7 @@
 mod bare;
 mod falling;
 mod picture;
+mod simplification;
 mod stand;
 
 use serde::Serialize;
@@ -20,6 +21,8 @@ enum What {
     Falling(falling::Args),
     /// Presets of quality and single effects, over the named scenes
     Picture(picture::Args),
+    /// Simplified forests: time over h, culling
+    Simplification(simplification::Args),
 }
 
 /// Runs `windfall bench`.
@@ -27,6 +30,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.what {
         What::Falling(args) => falling::run(args),
         What::Picture(args) => picture::run(args),
+        What::Simplification(args) => simplification::run(args),
     }
 }
 

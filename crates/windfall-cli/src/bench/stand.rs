@@ -4,7 +4,9 @@ use crate::gpu::Gpu;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::time::Instant;
-use windfall_gpu::{Canvas, Falls, FrameStats, GpuForest, Renderer, Target, View};
+use windfall_gpu::{
+    Canvas, CountLeaves, Falls, FrameStats, GpuForest, LeafCounts, Renderer, Target, View,
+};
 use windfall_scenes::Stage;
 
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -20,9 +22,13 @@ pub struct Easel {
 pub struct Measured {
     /// From the first call to the end of all work on the GPU, milliseconds.
     pub wall: f64,
+    /// Of that until everything was submitted.
+    pub cpu: f64,
     /// Timestamps of the passes, milliseconds.
     pub gpu: BTreeMap<String, f64>,
     pub stats: FrameStats,
+    /// What the GPU counted.
+    pub counts: LeafCounts,
 }
 
 impl Easel {
@@ -63,10 +69,15 @@ impl Easel {
         let stats =
             self.renderer.render(&gpu.queue, &mut encoder, &gpu.profiler, forest, view, target);
         gpu.profiler.resolve_queries(&mut encoder);
+        let count = CountLeaves::encode(&gpu.device, &mut encoder, forest);
         gpu.queue.submit([encoder.finish()]);
+        let cpu = start.elapsed().as_secs_f64() * 1e3;
         gpu.profiler.end_frame().context("timers")?;
         gpu.wait()?;
         let wall = start.elapsed().as_secs_f64() * 1e3;
-        Ok(Measured { wall, gpu: gpu.pass_times().into_iter().collect(), stats })
+        count.map();
+        gpu.wait()?;
+        let counts = count.take().context("the counts did not arrive")??;
+        Ok(Measured { wall, cpu, counts, gpu: gpu.pass_times().into_iter().collect(), stats })
     }
 }

@@ -1,0 +1,78 @@
+//! `windfall bench simplification`: what stochastic simplification and culling save, and what they
+//! cost in the picture (SFS 4.2, 5 and beyond).
+
+mod plain;
+mod speed;
+mod stands;
+
+use super::stand::Easel;
+use crate::gpu::Gpu;
+use crate::render::parse_size;
+use anyhow::{Context, bail};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Frames drawn before any is measured: pipelines compile.
+const WARM_UP: u32 = 2;
+
+/// Arguments of `windfall bench simplification`.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Parts to run: a (the paper's forest over h), b (culling)
+    #[arg(long, value_name = "ab", default_value = "ab")]
+    parts: String,
+    /// Measured frames of each kind
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    frames: u32,
+    /// Size of the picture of parts a and b
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "800x600")]
+    size: (u32, u32),
+    /// Vertices in the view of part a, millions
+    #[arg(long, value_name = "M", default_value_t = 61.0)]
+    vertices: f64,
+    /// Most trees of part b
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    most: u32,
+    /// Also write the numbers to this file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Also draw the plots into this folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+}
+
+#[derive(Serialize, Default)]
+struct Report {
+    adapter: String,
+    size: (u32, u32),
+    forest: Option<speed::Forest>,
+    culling: Option<speed::Cullings>,
+}
+
+/// Runs `windfall bench simplification`.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    if args.frames == 0 || args.parts.chars().any(|c| !"ab".contains(c)) {
+        bail!("--parts is of a and b, and --frames at least 1");
+    }
+    let mut gpu = Gpu::open()?;
+    println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
+    let easel = Easel::new(&gpu, args.size);
+    let mut report = Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
+    if args.parts.contains('a') {
+        let forest = speed::forest(args, &mut gpu, &easel)?;
+        if let Some(folder) = &args.plots {
+            std::fs::create_dir_all(folder)?;
+            let path = folder.join("simplification-forest.svg");
+            std::fs::write(&path, forest.plot()?).with_context(|| format!("{}", path.display()))?;
+        }
+        report.forest = Some(forest);
+    }
+    if args.parts.contains('b') {
+        report.culling = Some(speed::culling(args, &mut gpu, &easel)?);
+    }
+    if let Some(path) = &args.json {
+        let text = serde_json::to_string_pretty(&report)?;
+        std::fs::write(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    Ok(())
+}

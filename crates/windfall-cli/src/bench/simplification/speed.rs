@@ -1,0 +1,299 @@
+//! Parts a and b: frame time over `h`, and culling.
+
+use super::plain::Plain;
+use super::stands::{
+    across, away, bald, lambda_total, leaves_in_world, paper, plant, seen, solve, vertices,
+};
+use super::{Args, WARM_UP};
+use crate::bench::Spread;
+use crate::bench::stand::Easel;
+use crate::gpu::Gpu;
+use anyhow::anyhow;
+use plotters::prelude::*;
+use serde::Serialize;
+use windfall_core::simplify::Simplification;
+use windfall_core::tree::Tree;
+use windfall_core::tree::species::{Species, papers10};
+use windfall_gpu::{Culling, View};
+
+/// Part a.
+#[derive(Serialize)]
+pub struct Forest {
+    trees: usize,
+    trees_in_view: usize,
+    vertices_in_view: f64,
+    d0: f32,
+    rows: Vec<HRow>,
+    leaf: LeafCost,
+}
+
+#[derive(Serialize)]
+struct HRow {
+    h: f32,
+    lambda_total: f64,
+    triangles: u64,
+    wall_ms: Spread,
+    faster: f64,
+}
+
+/// What a drawn leaf costs.
+#[derive(Serialize)]
+struct LeafCost {
+    h: f32,
+    leaves: u64,
+    with_ms: Spread,
+    bald_ms: Spread,
+    plain_ms: Spread,
+    empty_ms: Spread,
+    ours_ns: f64,
+    plain_ns: f64,
+    ratio: f64,
+}
+
+/// The paper's forest: up to 1,000 instances of ten models, and its figure 5.
+pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Forest> {
+    let stage = plant(papers10().to_vec(), 1000);
+    let none = Simplification::NONE;
+    let wanted = args.vertices * 1e6;
+    let fov = solve(0.05, 2.5, wanted, |f| vertices(&stage, &across(&stage, f, none), args.size));
+    let view = |detail| across(&stage, fov, detail);
+    let in_view = seen(&stage, &view(none), args.size).len();
+    let d0 = solve(1.0, 400.0, 0.06, |d0| lambda_total(&stage, &view(paper(0.7, d0)), args.size));
+    let vertices_in_view = vertices(&stage, &view(none), args.size);
+    println!(
+        "\n(a) {} trees of papers10, {in_view} in view with {:.1} M vertices; d0 = {d0:.1} m, so that \
+         h = 0.7 draws 6% of the leaves; wall clock of {} frames, ms",
+        stage.forest.instances.len(),
+        vertices_in_view / 1e6,
+        args.frames
+    );
+    let forest = easel.forest(gpu, &stage, &stage.falls);
+    let hs: Vec<f32> = (0..10).map(|i| i as f32 / 10.0).collect();
+    let mut walls: Vec<Vec<f64>> = vec![Vec::new(); hs.len()];
+    let mut triangles = vec![0; hs.len()];
+    for round in 0..WARM_UP + args.frames {
+        for (i, &h) in hs.iter().enumerate() {
+            // The slowest first frame says nothing: no need to warm up without simplification.
+            if h == 0.0 && round == 1 {
+                continue;
+            }
+            let detail = if h == 0.0 { none } else { paper(h, d0) };
+            let measured = easel.frame(gpu, &forest, &view(detail))?;
+            triangles[i] = measured.counts.trees.triangles;
+            if round >= WARM_UP {
+                walls[i].push(measured.wall);
+            }
+        }
+    }
+    println!(
+        "{:>5}{:>10}{:>14}{:>28}{:>10}{:>9}",
+        "h", "lambda", "triangles", "frame", "frames/s", "faster"
+    );
+    let full = Spread::of(&walls[0]).median;
+    let rows: Vec<HRow> = hs
+        .iter()
+        .enumerate()
+        .map(|(i, &h)| {
+            let wall_ms = Spread::of(&walls[i]);
+            let lambda =
+                if h == 0.0 { 1.0 } else { lambda_total(&stage, &view(paper(h, d0)), args.size) };
+            let faster = full / wall_ms.median;
+            println!(
+                "{h:>5.1}{lambda:>10.4}{:>14}{wall_ms:>28}{:>10.2}{faster:>9.2}",
+                triangles[i],
+                1e3 / wall_ms.median
+            );
+            HRow { h, lambda_total: lambda, triangles: triangles[i], wall_ms, faster }
+        })
+        .collect();
+
+    // A leaf's own cost: the frame without the same forest bald, against the same triangles alone.
+    let detail = paper(0.7, d0);
+    let (positions, indices, leaves) = leaves_in_world(&stage, &view(detail), args.size);
+    let aspect = args.size.0 as f32 / args.size.1 as f32;
+    let clip = view(detail).camera.clip_from_world(aspect);
+    let plain = Plain::new(gpu, &positions, &indices, clip, args.size);
+    drop((positions, indices));
+    let without = bald(&stage);
+    let without = easel.forest(gpu, &without, &without.falls);
+    let mut times: [Vec<f64>; 4] = Default::default();
+    for round in 0..WARM_UP + 3 * args.frames {
+        let of_round = [
+            easel.frame(gpu, &forest, &view(detail))?.wall,
+            easel.frame(gpu, &without, &view(detail))?.wall,
+            plain.measure(gpu, 1.0)?,
+            plain.measure(gpu, 0.0)?,
+        ];
+        if round >= WARM_UP {
+            times.iter_mut().zip(of_round).for_each(|(all, time)| all.push(time));
+        }
+    }
+    let [with_ms, bald_ms, plain_ms, empty_ms] = times.map(|t| Spread::of(&t));
+    let per_leaf = |a: &Spread, b: &Spread| (a.median - b.median) * 1e6 / leaves.max(1) as f64;
+    let (ours_ns, plain_ns) = (per_leaf(&with_ms, &bald_ms), per_leaf(&plain_ms, &empty_ms));
+    let leaf = LeafCost {
+        h: 0.7,
+        leaves,
+        with_ms,
+        bald_ms,
+        plain_ms,
+        empty_ms,
+        ours_ns,
+        plain_ns,
+        ratio: ours_ns / plain_ns,
+    };
+    println!("\n{leaves} leaves at h = 0.7; ms");
+    println!("frame with leaves                  {with_ms}");
+    println!("the same forest bald               {bald_ms}");
+    println!("the leaves' triangles, bare draw   {plain_ms}");
+    println!("nothing, the same targets          {empty_ms}");
+    println!("a leaf: {ours_ns:.0} ns, bare {plain_ns:.0} ns: {:.2} x", leaf.ratio);
+    Ok(Forest {
+        trees: stage.forest.instances.len(),
+        trees_in_view: in_view,
+        vertices_in_view,
+        d0,
+        rows,
+        leaf,
+    })
+}
+
+impl Forest {
+    /// SFS, figure 5: the total level of detail and frames per second over h.
+    pub fn plot(&self) -> anyhow::Result<String> {
+        let mut svg = String::new();
+        {
+            let failed = |e: &dyn std::fmt::Display| anyhow!("cannot draw: {e}");
+            let root = SVGBackend::with_string(&mut svg, (900, 420)).into_drawing_area();
+            root.fill(&WHITE).map_err(|e| failed(&e))?;
+            let (left, right) = root.split_horizontally(450);
+            let most = self.rows.iter().map(|r| 1e3 / r.wall_ms.median).fold(0.0, f64::max) * 1.05;
+            let panels: [(_, &str, f64, &dyn Fn(&HRow) -> f64); 2] = [
+                (left, "total level of detail over h", 1.0, &|r: &HRow| r.lambda_total),
+                (right, "frames per second over h", most, &|r: &HRow| 1e3 / r.wall_ms.median),
+            ];
+            for (area, caption, high, of) in panels {
+                let mut chart = ChartBuilder::on(&area)
+                    .caption(caption, ("sans-serif", 16))
+                    .margin(12)
+                    .x_label_area_size(30)
+                    .y_label_area_size(50)
+                    .build_cartesian_2d(0.0..0.9, 0.0..high)
+                    .map_err(|e| failed(&e))?;
+                chart.configure_mesh().light_line_style(WHITE).draw().map_err(|e| failed(&e))?;
+                let points: Vec<(f64, f64)> =
+                    self.rows.iter().map(|r| (f64::from(r.h), of(r))).collect();
+                let color = RGBColor(190, 90, 20);
+                chart
+                    .draw_series(LineSeries::new(points.clone(), color.stroke_width(2)))
+                    .map_err(|e| failed(&e))?;
+                chart
+                    .draw_series(points.iter().map(|&p| Circle::new(p, 3, color.filled())))
+                    .map_err(|e| failed(&e))?;
+            }
+            root.present().map_err(|e| failed(&e))?;
+        }
+        Ok(svg)
+    }
+}
+
+/// Part b.
+#[derive(Serialize)]
+pub struct Cullings {
+    trees: usize,
+    in_view: usize,
+    rows: Vec<CullRow>,
+    away: Vec<CullRow>,
+    counts: Vec<CountRow>,
+}
+
+#[derive(Serialize)]
+struct CullRow {
+    culling: String,
+    trees_drawn: u64,
+    wall_ms: Spread,
+    faster: f64,
+}
+
+#[derive(Serialize)]
+struct CountRow {
+    trees: u32,
+    in_view: u64,
+    cpu_ms: Spread,
+    cull_gpu_ms: Spread,
+    wall_ms: Spread,
+}
+
+/// A thousand trees with a tenth in view and with none; the CPU's part over the number of trees.
+pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cullings> {
+    let stage = plant(papers10().to_vec(), 1000);
+    let none = Simplification::NONE;
+    let total = stage.forest.instances.len();
+    let tenth = total as f64 * 0.1;
+    let fov =
+        solve(0.02, 2.5, tenth, |f| seen(&stage, &across(&stage, f, none), args.size).len() as f64);
+    let half = paper(0.5, 30.0);
+    let view = across(&stage, fov, half);
+    let in_view = seen(&stage, &view, args.size).len();
+    println!(
+        "\n(b) {total} trees of papers10, {in_view} in view, h = 0.5, d0 = 30 m; wall clock of {} \
+         frames, ms",
+        args.frames
+    );
+    let forest = easel.forest(gpu, &stage, &stage.falls);
+    let mut measure = |view: &View| -> anyhow::Result<Vec<CullRow>> {
+        let mut walls: Vec<Vec<f64>> = vec![Vec::new(); Culling::ALL.len()];
+        let mut drawn = vec![0; Culling::ALL.len()];
+        for round in 0..WARM_UP + args.frames {
+            for (i, &culling) in Culling::ALL.iter().enumerate() {
+                let measured = easel.frame(gpu, &forest, &View { culling, ..*view })?;
+                drawn[i] = measured.counts.trees.visible;
+                if round >= WARM_UP {
+                    walls[i].push(measured.wall);
+                }
+            }
+        }
+        let off = Spread::of(&walls[0]).median;
+        Ok(Culling::ALL
+            .iter()
+            .enumerate()
+            .map(|(i, culling)| {
+                let wall_ms = Spread::of(&walls[i]);
+                let faster = off / wall_ms.median;
+                println!("{culling:>12}{:>8} trees{wall_ms:>28}{faster:>9.2} x", drawn[i]);
+                CullRow { culling: culling.to_string(), trees_drawn: drawn[i], wall_ms, faster }
+            })
+            .collect())
+    };
+    let rows = measure(&view)?;
+    println!("the same, looking away: none in view");
+    let turned = away(&view);
+    let away = measure(&turned)?;
+    drop(forest);
+
+    println!("over the number of trees, small ones, a tenth of them in view or fewer");
+    println!("{:>8}{:>9}{:>24}{:>24}{:>28}", "trees", "in view", "CPU", "culling, GPU", "frame");
+    let models: Vec<Tree> = Species::ALL.iter().map(|s| s.grow_with(1, 1000)).collect();
+    let mut counts = Vec::new();
+    let mut trees = 1000;
+    while trees <= args.most {
+        let stage = plant(models.clone(), trees);
+        let forest = easel.forest(gpu, &stage, &stage.falls);
+        let view = across(&stage, 0.12, half);
+        let (mut cpu, mut cull, mut wall, mut seen) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        for round in 0..WARM_UP + 3 * args.frames {
+            let measured = easel.frame(gpu, &forest, &view)?;
+            seen = measured.counts.trees.visible;
+            if round >= WARM_UP {
+                cpu.push(measured.cpu);
+                cull.push(measured.gpu.get("cull").copied().unwrap_or(f64::NAN));
+                wall.push(measured.wall);
+            }
+        }
+        let [cpu_ms, cull_gpu_ms, wall_ms] = [&cpu, &cull, &wall].map(|v| Spread::of(v));
+        println!("{trees:>8}{seen:>9}{cpu_ms:>24}{cull_gpu_ms:>24}{wall_ms:>28}");
+        counts.push(CountRow { trees, in_view: seen, cpu_ms, cull_gpu_ms, wall_ms });
+        trees *= 10;
+    }
+    Ok(Cullings { trees: total, in_view, rows, away, counts })
+}
