@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{
@@ -61,6 +62,10 @@ pub struct Args {
     /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer or compute
     #[arg(long, value_name = "NAME")]
     strategy: Option<Strategy>,
+    /// Which leaves a simplified tree keeps: the first in this order: random, importance or
+    /// blue-noise
+    #[arg(long, value_name = "NAME")]
+    prune_order: Option<PruneOrder>,
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
@@ -226,6 +231,9 @@ impl Args {
         scene.seed = self.seed.unwrap_or(scene.seed);
         if let Some(strategy) = self.strategy {
             scene.strategy = strategy.to_string();
+        }
+        if let Some(order) = self.prune_order {
+            scene.prune_order = order.to_string();
         }
         if let Some(elimination) = self.elimination {
             scene.elimination = elimination.to_string();
