@@ -92,6 +92,7 @@ impl Foliage {
         for (i, leaf) in self.leaves.iter().enumerate() {
             self.shed_order[leaf.shed_rank as usize] = i as u32;
         }
+        self.look();
     }
 
     /// Keeps the first leaves in prune order, as many as `count`, in the shed order that they had.
