@@ -53,7 +53,10 @@ fn survivors_cover_what_they_make_up_for() {
     let growth = report["growth"].as_f64().unwrap();
     assert!((0.45..0.55).contains(&r), "{report}");
     assert!((growth * growth - (2.0 - r)).abs() < 1e-3, "{report}");
-    assert_eq!(json(&place.succeed("tree inspect half.glb --json"))["leaves"], 1);
+    // It grows about its centre, 2.5 m up.
+    let read = json(&place.succeed("tree inspect half.glb --json"));
+    assert_eq!(read["leaves"], 1);
+    assert!((read["height_m"].as_f64().unwrap() - 2.5 - 0.5 * growth).abs() < 1e-3, "{read}");
 }
 
 #[test]

@@ -432,6 +432,10 @@ mod tests {
         let [under, roof, beside] = openness(&foliage)[..] else { panic!() };
         assert!(under < 0.25, "{under}");
         assert!(roof > 0.99 && beside > 0.95, "{roof} {beside}");
+        // Beside a wall, half of it.
+        foliage.leaves[1] = Leaf { scale: 60.0, ..squares(&[Vec3::new(0.0, 0.0, 0.51)]).leaves[0] };
+        let wall = openness(&foliage)[0];
+        assert!((0.4..0.6).contains(&wall), "{wall}");
     }
 
     #[test]
@@ -489,5 +493,8 @@ mod tests {
         }
         assert_eq!(Visibility::of(&point).share, 0.0);
         assert_eq!(openness(&point), [1.0; 3]);
+        point.leaves[1].scale = f32::NAN;
+        point.leaves[2].scale = 1.0;
+        assert_eq!(Visibility::of(&point).share, 0.0);
     }
 }

@@ -54,7 +54,7 @@ mod quadrics {
     const NORMAL_WEIGHT: f32 = 0.02;
 
     pub fn add(wood: &Wood, levels: &mut Vec<WoodLevel>) {
-        if wood.indices.is_empty() || wood.vertices.iter().any(|v| !v.position.is_finite()) {
+        if wood.indices.is_empty() {
             return;
         }
         let positions: Vec<[f32; 3]> =
@@ -164,18 +164,18 @@ mod tests {
     fn twigs_vanish_before_the_trunk_does() {
         let mut wood = Wood::default();
         tube(&mut wood, Vec3::ZERO, 0.3, 6.0, 40, 12);
+        // Gnarled, so that it needs its triangles.
+        for vertex in &mut wood.vertices {
+            vertex.position += vertex.normal * 0.15 * (3.0 * vertex.position.y).sin();
+        }
         let trunk = wood.vertices.len() as u32;
-        for i in 0..40 {
-            tube(&mut wood, Vec3::new(1.0, i as f32 * 0.1, 0.0), 0.004, 0.05, 4, 6);
+        for i in 0..6 {
+            tube(&mut wood, Vec3::new(1.0, i as f32, 0.0), 0.004, 0.05, 4, 6);
         }
         let levels = wood_levels(&wood);
-        // Of 48 triangles each, fewer than one in ten has any left.
-        let bare = levels.iter().find(|l| {
-            let twigs = l.indices.iter().filter(|&&i| i >= trunk).count();
-            twigs < 3 * 4 * 4 && l.indices.len() - twigs > 3 * 20
-        });
-        let error = bare.map(|level| level.error);
-        assert!(error.is_some_and(|error| (0.005..0.05).contains(&error)), "{error:?}");
+        let bare = levels.iter().find(|l| l.indices.iter().all(|&i| i < trunk));
+        let bare = bare.map(|level| (level.error, level.indices.len() / 3));
+        assert!(bare.is_some_and(|(error, count)| error < 0.06 && count > 20), "{bare:?}");
     }
 
     #[test]
