@@ -26,8 +26,10 @@ fn a_share_of_the_leaves_is_kept_and_grows() {
     let number = |field: &str| report[field].as_f64().unwrap();
     assert!((number("leaves") / number("leaves_full") - 0.1).abs() < 1e-3, "{report}");
     assert!((number("leaf_triangles") / number("leaf_triangles_full") - 0.1).abs() < 0.01);
-    // Below √10 as far as leaves hide each other.
-    assert!((3.0..3.163).contains(&number("growth")), "{report}");
+    // Ten times the area, but for γ, as few of them hide each other.
+    let area = 10.0 * 0.1f64.powf(number("disocclusion"));
+    assert!((number("growth").powi(2) / area - 1.0).abs() < 0.01, "{report}");
+    assert!(number("disocclusion") > 0.05, "{report}");
     let wood = number("wood_triangles") / number("wood_triangles_full");
     assert!((0.07..0.14).contains(&wood), "{report}");
     assert!(number("wood_error_m") > 0.0);

@@ -23,10 +23,17 @@ pub struct WoodLevel {
 /// level.
 pub fn wood_levels(wood: &Wood) -> Vec<WoodLevel> {
     let mut levels = vec![WoodLevel { indices: wood.indices.clone(), error: 0.0 }];
-    #[cfg(not(target_arch = "wasm32"))]
-    quadrics::add(wood, &mut levels);
+    levels.extend(coarser(wood));
     levels
 }
+
+#[cfg(target_arch = "wasm32")]
+fn coarser(_: &Wood) -> Vec<WoodLevel> {
+    Vec::new()
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+use quadrics::coarser;
 
 impl WoodLevel {
     /// The coarsest of `levels` whose error is at most `error` metres; the finest if none is.
@@ -53,15 +60,15 @@ mod quadrics {
     /// What a difference of 1 in a normal weighs against one of the mesh's extent in place.
     const NORMAL_WEIGHT: f32 = 0.02;
 
-    pub fn add(wood: &Wood, levels: &mut Vec<WoodLevel>) {
-        if wood.indices.is_empty() {
-            return;
-        }
+    pub fn coarser(wood: &Wood) -> Vec<WoodLevel> {
+        let mut levels: Vec<WoodLevel> = Vec::new();
         let positions: Vec<[f32; 3]> =
             wood.vertices.iter().map(|v| v.position.to_array()).collect();
         let normals: Vec<f32> = wood.vertices.iter().flat_map(|v| v.normal.to_array()).collect();
         let bytes: &[u8] = bytemuck::cast_slice(&positions);
-        let Ok(vertices) = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) else { return };
+        let Ok(vertices) = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) else {
+            return levels;
+        };
         let options = SimplifyOptions::Prune | SimplifyOptions::ErrorAbsolute;
         let free = vec![false; positions.len()];
         let mut count = wood.indices.len();
@@ -87,6 +94,7 @@ mod quadrics {
             let finer = levels.last().map_or(0.0, |level| level.error);
             levels.push(WoodLevel { indices, error: error.max(finer.next_up()) });
         }
+        levels
     }
 }
 
