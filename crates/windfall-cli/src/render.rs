@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{
@@ -62,6 +63,10 @@ pub struct Args {
     /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer or compute
     #[arg(long, value_name = "NAME")]
     strategy: Option<Strategy>,
+    /// Which leaves a simplified tree keeps: the first in this order: random, importance or
+    /// blue-noise
+    #[arg(long, value_name = "NAME")]
+    prune_order: Option<PruneOrder>,
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
@@ -256,6 +261,9 @@ impl Args {
             let path = std::path::absolute(sky).with_context(|| format!("--sky {sky}"))?;
             let path = path.to_str().with_context(|| format!("--sky {sky}: not UTF-8"))?;
             scene.sky.picture = Some(path.to_owned());
+        }
+        if let Some(order) = self.prune_order {
+            scene.prune_order = order.to_string();
         }
         if let Some(elimination) = self.elimination {
             scene.elimination = elimination.to_string();

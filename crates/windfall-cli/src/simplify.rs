@@ -6,7 +6,7 @@ use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::simplify::{PruneOrder, WoodLevel, area_scale, wood_levels};
+use windfall_core::simplify::{PruneOrder, Visibility, WoodLevel, wood_levels};
 use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
 
 /// Arguments of `windfall simplify`.
@@ -66,6 +66,8 @@ struct Report {
     leaf_triangles_full: usize,
     /// `r` of equation 3.
     visible_share: f32,
+    /// `γ`: the area of the leaves that are kept is scaled by `s λ^γ`.
+    disocclusion: f32,
     /// Factor on the length of the leaves that are kept.
     growth: f32,
     wood_triangles: usize,
@@ -89,14 +91,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut tree = read_or_grow(&args.tree, args.seed, &args.leaves, args.height)?;
     let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
     let leaf_triangles_full = tree.foliage.triangle_count();
-    let visible_share = tree.foliage.visible_share;
     tree.foliage.set_prune_order(args.prune_order, args.seed);
+    let seen =
+        Visibility { share: tree.foliage.visible_share, disocclusion: tree.foliage.disocclusion };
     let leaves = ((lambda * leaves_full as f32).round() as usize).clamp(1, leaves_full.max(1));
     let lambda = leaves as f32 / leaves_full.max(1) as f32;
     let growth = if args.no_area_preservation || args.all_in_order {
         1.0
     } else {
-        area_scale(lambda, visible_share).sqrt()
+        seen.area_scale(lambda).sqrt()
     };
     tree.foliage.truncate(leaves);
     for leaf in &mut tree.foliage.leaves {
@@ -114,7 +117,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             leaves_full,
             leaf_triangles: tree.foliage.triangle_count(),
             leaf_triangles_full,
-            visible_share,
+            visible_share: seen.share,
+            disocclusion: seen.disocclusion,
             growth,
             wood_triangles: tree.wood_triangles(),
             wood_triangles_full,

@@ -16,7 +16,7 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::shed::{Shedding, TreeShedding};
-use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Simplification};
+use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Simplification, Visibility};
 
 /// Bounds of parts.
 pub(crate) const BUCKETS: u32 = 48;
@@ -312,7 +312,7 @@ impl Crown {
             pixels: list.pixels,
             radius: self.radius * tree.scale,
             leaf_length: self.leaf_length * tree.scale,
-            visible_share: self.visible_share,
+            visibility: Visibility { share: self.visible_share, disocclusion: self.disocclusion },
         }
     }
 }

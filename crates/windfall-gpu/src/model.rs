@@ -302,6 +302,7 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
         half_size: (high - low) * 0.5,
         leaf_length: 2.0 * lengths.sum::<f32>() / foliage.leaves.len().max(1) as f32,
         visible_share: share,
+        disocclusion: foliage.disocclusion,
         log_hidden: (-share).ln_1p(),
         leaf_count: foliage.leaves.len() as u32,
         wood_levels: levels.len() as u32,

@@ -256,6 +256,8 @@ gpu_struct! {
         pub visible_share: f32,
         /// `ln(1 - r)`.
         pub log_hidden: f32,
+        /// `windfall_core::simplify::Visibility::disocclusion`.
+        pub disocclusion: f32,
         /// Leaves of the model.
         pub leaf_count: u32,
         /// First of the model's places, a multiple of 64.
@@ -274,8 +276,6 @@ gpu_struct! {
         pub padding0: u32,
         /// Unused.
         pub padding1: u32,
-        /// Unused.
-        pub padding2: u32,
         /// Their errors, metres, rising from 0.
         pub wood_errors: [Vec4; 4],
     }

@@ -3,6 +3,7 @@
 use crate::{Scene, Source};
 use windfall_core::forest::Placement;
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
 use windfall_gpu::{Culling, Elimination, Quality, Strategy};
@@ -80,14 +81,14 @@ impl Scene {
         number("wind.gustiness", self.wind.gustiness, 0.0, 1.0)?;
         number("loose_leaves", self.loose_leaves as f32, 0.0, 4_000_000.0)?;
         let known = [
-            ("strategy", self.strategy.parse::<Strategy>().err()),
-            ("elimination", self.elimination.parse::<Elimination>().err()),
-            ("culling", self.culling.parse::<Culling>().err()),
-            ("quality", self.quality.parse::<Quality>().err()),
+            ("strategy", self.strategy.parse::<Strategy>().err().map(|e| e.to_string())),
+            ("elimination", self.elimination.parse::<Elimination>().err().map(|e| e.to_string())),
+            ("prune_order", self.prune_order.parse::<PruneOrder>().err().map(|e| e.to_string())),
+            ("culling", self.culling.parse::<Culling>().err().map(|e| e.to_string())),
+            ("quality", self.quality.parse::<Quality>().err().map(|e| e.to_string())),
         ];
         for (place, unknown) in known {
-            if let Some(unknown) = unknown {
-                let cause = unknown.to_string();
+            if let Some(cause) = unknown {
                 return Err(InputError::new(file, place, InputErrorKind::Missing, cause));
             }
         }

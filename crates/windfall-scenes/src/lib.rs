@@ -83,6 +83,10 @@ pub struct Scene {
     /// `compute`.
     #[serde(default = "defaults::strategy")]
     pub strategy: String,
+    /// Which leaves a simplified tree keeps: the first in this order, `random`, `importance` or
+    /// `blue-noise`.
+    #[serde(default = "defaults::prune_order")]
+    pub prune_order: String,
     /// When landed leaves become static geometry: `off`, `progressive` or `scheduled`.
     #[serde(default = "defaults::elimination")]
     pub elimination: String,
@@ -285,6 +289,9 @@ mod defaults {
     pub fn strategy() -> String {
         windfall_gpu::Strategy::default().to_string()
     }
+    pub fn prune_order() -> String {
+        windfall_core::simplify::PruneOrder::default().to_string()
+    }
     pub fn elimination() -> String {
         windfall_gpu::Elimination::default().to_string()
     }
@@ -420,6 +427,11 @@ mod tests {
             ("[(source: Species(\"oak\"))]", "[]", "s.ron: trees: no tree"),
             ("\"oak\"", "\"oakk\"", "s.ron: trees[0].source: no species is called \"oakk\""),
             ("count: 3", "count: 3, scale: (0, 1)", "s.ron: scale: (0.0, 1.0) is not"),
+            (
+                "count: 3",
+                "count: 3, prune_order: \"pink\"",
+                "s.ron: prune_order: prune order \"pink\"",
+            ),
             ("count: 3", "count: ", "s.ron: line"),
         ];
         for (from, to, message) in cases {

@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use windfall_core::forest::{Forest, KeepOut, Placement, Terrain};
 use windfall_core::rng::hash;
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
@@ -38,6 +39,7 @@ impl Scene {
     ) -> Result<Stage, E> {
         let mut trees = Vec::new();
         let mut weights = Vec::new();
+        let prune_order = self.prune_order.parse().unwrap_or_default();
         for (i, entry) in self.trees.iter().enumerate() {
             let variants = match &entry.source {
                 Source::Species(name) => {
@@ -53,6 +55,10 @@ impl Scene {
                 }
                 if let Some(name) = &entry.palette {
                     tree.foliage.palette = Some(species(name).params().palette);
+                }
+                // Models come in random order.
+                if prune_order != PruneOrder::Random {
+                    tree.foliage.set_prune_order(prune_order, hash(self.seed, 5));
                 }
                 weights.push(entry.weight / entry.variants as f32);
                 trees.push(tree);
@@ -188,8 +194,10 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CameraKey, named};
+    use crate::{CameraKey, Scene, named};
+    use std::convert::Infallible;
     use windfall_core::forest::Terrain;
+    use windfall_core::simplify::{PruneOrder, visible_areas};
 
     #[test]
     fn the_camera_passes_through_its_keys_and_stands_still_beyond_them() {
@@ -205,6 +213,21 @@ mod tests {
         }
         let middle = scene.view(1.5, &ground).camera.eye.x;
         assert!((1.0..3.0).contains(&middle), "{middle}");
+    }
+
+    #[test]
+    fn the_prune_order_reaches_every_model() {
+        let mut scene = named("lone-oak").unwrap();
+        scene.count = 0;
+        let build = |scene: &Scene| scene.build(|_, _| -> Result<_, Infallible> { unreachable!() });
+        let random = build(&scene).unwrap();
+        scene.prune_order = PruneOrder::Importance.to_string();
+        let sorted = build(&scene).unwrap();
+        for (random, sorted) in random.trees.iter().zip(&sorted.trees) {
+            let [random, sorted] = [random, sorted]
+                .map(|tree| visible_areas(&tree.foliage).is_sorted_by(|a, b| a >= b));
+            assert!(sorted && !random);
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
 
 use crate::rng::{Rng, hash, unit};
-use crate::simplify::{openness, visible_share};
+use crate::simplify::{Visibility, openness};
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
@@ -32,8 +32,10 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
-    /// [`visible_share`] of the leaves as they were assembled: `r` of Fichtner's equation 3.
+    /// [`Visibility::share`], `r` of Fichtner's equation 3, of the leaves as they were put in order.
     pub visible_share: f32,
+    /// [`Visibility::disocclusion`], of the leaves in the prune order that they were put in.
+    pub disocclusion: f32,
 }
 
 /// One leaf element: a leaf, or a card with a twig of leaves.
@@ -156,13 +158,20 @@ impl Foliage {
             shed_order,
             crown_center,
             visible_share: 0.0,
+            disocclusion: 0.0,
         };
-        foliage.visible_share = visible_share(&foliage);
+        foliage.look();
         let open = openness(&foliage);
         for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
             leaf.ambient = open;
         }
         foliage
+    }
+
+    /// Looks at the crown, for `visible_share` and `disocclusion`.
+    pub(crate) fn look(&mut self) {
+        let seen = Visibility::of(self);
+        (self.visible_share, self.disocclusion) = (seen.share, seen.disocclusion);
     }
 
     /// Triangles of all leaves.

@@ -1,6 +1,6 @@
 //! The level of detail of one tree: equations 1 to 6.
 
-use super::{FadeRange, Reduction, Simplification};
+use super::{FadeRange, Reduction, Simplification, Visibility};
 
 /// How a tree is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,8 @@ pub struct Seen {
     pub radius: f32,
     /// Length of a leaf of the tree, metres.
     pub leaf_length: f32,
-    /// `r` of equation 3: the mean visible area of a leaf over that of the crown, `0..1`.
-    pub visible_share: f32,
+    /// How much of the tree's crown a leaf shows.
+    pub visibility: Visibility,
 }
 
 impl Simplification {
@@ -64,8 +64,10 @@ impl Simplification {
         if self.area_preservation {
             let size = seen.leaf_length * seen.pixels / seen.distance.max(1e-3);
             let most = self.growth.factor.max(self.growth.pixels / size.max(1e-9)).max(1.0);
-            lambda = wanted.max(share_for(most * most, seen.visible_share)).min(1.0);
-            growth = area_scale(lambda, seen.visible_share).sqrt().min(most);
+            if seen.visibility.area_scale(wanted) > most * most {
+                lambda = wanted.max(seen.visibility.share_for(most * most)).min(1.0);
+            }
+            growth = seen.visibility.area_scale(lambda).sqrt().min(most);
         }
         Level { lambda, radius: self.radius(lambda), growth, contrast: lambda.sqrt() }
     }
@@ -128,7 +130,8 @@ mod tests {
     use super::*;
 
     fn seen(distance: f32) -> Seen {
-        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, visible_share: 1e-4 }
+        let visibility = Visibility { share: 1e-4, disocclusion: 0.0 };
+        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, visibility }
     }
 
     fn paper(h: f32) -> Simplification {

@@ -15,7 +15,7 @@ mod wood;
 pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
-pub use visible::{openness, sides, visible_areas, visible_share};
+pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{WoodLevel, wood_levels};
 
 /// How foliage is simplified.

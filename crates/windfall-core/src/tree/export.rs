@@ -56,7 +56,7 @@ pub fn export_glb(tree: &Tree) -> Result<Vec<u8>, ExportError> {
 /// |---|---|
 /// | `leaves` | their number `N` |
 /// | `indicesPerLeaf` | indices of each: the first `round(λ N)` times as many draw a share `λ` |
-/// | `visibleShare` | `r` of [`crate::simplify::area_scale`], for the factor `√s` on their size |
+/// | `visibleShare`, `disocclusion` | `r` and `γ` of [`crate::simplify::Visibility::area_scale`] |
 ///
 /// A vertex attribute `_LEAF` (four floats) holds the leaf's centre, about which it grows, and its
 /// rank from 0 to 1, over which it fades.
@@ -123,6 +123,7 @@ fn write(tree: &Tree, in_prune_order: bool) -> Result<Vec<u8>, ExportError> {
                 "leaves": count,
                 "indicesPerLeaf": most,
                 "visibleShare": foliage.visible_share,
+                "disocclusion": foliage.disocclusion,
             }));
         }
         part

@@ -28,6 +28,25 @@ fn fade_radius(list: TreeList, lambda: f32) -> f32 {
     return select(radius, min(radius, 1.0 - lambda), list.full_at_one == 1u);
 }
 
+// Factor on the area of the leaves that are left: equation 3, as the crown needs it.
+fn area_scale(crown: Crown, lambda: f32) -> f32 {
+    let s = one_minus_exp(crown.log_hidden / lambda) / crown.visible_share;
+    return max(s * pow(lambda, crown.disocclusion), 1.0);
+}
+
+// Its inverse.
+fn share_for(crown: Crown, s: f32) -> f32 {
+    var lambda = 1.0;
+    for (var round = 0u; round < 24u; round++) {
+        let hidden = crown.visible_share * s * pow(lambda, -crown.disocclusion);
+        if hidden >= 1.0 {
+            return 0.0;
+        }
+        lambda = min(crown.log_hidden / log_one_minus(hidden), 1.0);
+    }
+    return lambda;
+}
+
 // `scale` is the tree's, on the model's lengths.
 fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Level {
     let away = max(distance(center, list.eye), 1e-3);
@@ -43,11 +62,10 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
     if list.growth_factor >= 0.0 {
         let size = crown.leaf_length * scale * list.pixels / away;
         let most = max(max(list.growth_factor, list.growth_pixels / max(size, 1e-9)), 1.0);
-        let hidden = crown.visible_share * most * most;
-        if hidden < 1.0 {
-            lambda = min(max(wanted, crown.log_hidden / log_one_minus(hidden)), 1.0);
+        if area_scale(crown, wanted) > most * most {
+            lambda = clamp(share_for(crown, most * most), wanted, 1.0);
         }
-        growth = min(sqrt(one_minus_exp(crown.log_hidden / lambda) / crown.visible_share), most);
+        growth = min(sqrt(area_scale(crown, lambda)), most);
     }
     return Level(lambda, fade_radius(list, lambda), growth, sqrt(lambda));
 }

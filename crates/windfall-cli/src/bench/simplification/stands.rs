@@ -3,7 +3,7 @@
 use glam::Vec3;
 use windfall_core::foliage::Foliage;
 use windfall_core::forest::{Frustum, Placement, Terrain};
-use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification};
+use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification, Visibility};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
@@ -75,13 +75,17 @@ pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usi
             let (center, radius, leaf_length) = bounds[instance.model as usize];
             let center = instance.world_from_tree(center);
             let radius = radius * instance.scale;
+            let foliage = &stage.trees[instance.model as usize].foliage;
             frustum.sees_sphere(center, radius).then(|| {
                 let seen = Seen {
                     distance: center.distance(view.camera.eye),
                     pixels: view.camera.pixels(height),
                     radius,
                     leaf_length: leaf_length * instance.scale,
-                    visible_share: stage.trees[instance.model as usize].foliage.visible_share,
+                    visibility: Visibility {
+                        share: foliage.visible_share,
+                        disocclusion: foliage.disocclusion,
+                    },
                 };
                 (i, seen)
             })
