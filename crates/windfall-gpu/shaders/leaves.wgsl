@@ -28,6 +28,10 @@ struct Varyings {
     @location(7) @interpolate(flat) contrast_seen: vec2<f32>,
 }
 
+// Leaves of trees that are simplified are far away: what is smaller than a pixel there is left out.
+// Settled when the pipeline is made, since software drivers run both sides of every branch.
+override far: bool = false;
+
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
 // Frame.show: how far trees are simplified.
@@ -52,7 +56,12 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if seen <= 0.0 || (in.material_shed & 0xffffffu) < tree.seed_detached.y {
         return out; // simplified away, or in the air or on the ground
     }
-    out.world = world_from_tree(tree, in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size));
+    let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    if far {
+        out.world = world_from_far_tree(tree, place);
+    } else {
+        out.world = world_from_tree(tree, place);
+    }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.normal = turn(tree, in.normal.xyz);
     out.bent_normal = turn(tree, in.bent_normal.xyz);
@@ -149,11 +158,11 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
     let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
-    let reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5) * mix(0.6, 1.0, in.ambient);
+    let reach = sun_visibility(in.world, towards, in.clip.xy, select(4u, 1u, far), 1.5) * mix(0.6, 1.0, in.ambient);
     let facing = less_contrast(dot(normal, sun), in.contrast_seen.x);
     let leaf = leaf_diffuse(albedo);
     let direct = frame.sun_color * reach
-        * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, has(GLOSS));
+        * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, !far && has(GLOSS));
     let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
@@ -164,6 +173,9 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
 // along it. Veins are paler, the blade between them darkens to its margin.
 fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
+    if far {
+        return color;
+    }
     let pixel = max(fwidth(uv.x), fwidth(uv.y));
     let across = abs(uv.x - 0.5);
     let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);

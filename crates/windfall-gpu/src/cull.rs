@@ -11,7 +11,7 @@ use crate::pass::shadow::CASCADES;
 use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord};
 use crate::view::{Culling, View};
 use bytemuck::Zeroable;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
 use windfall_core::forest::{Forest, Frustum};
@@ -58,16 +58,23 @@ pub(crate) fn bucket_share(bucket: u32) -> f32 {
     ((bucket as f32 - BUCKETS as f32) / OCTAVE).exp2()
 }
 
-/// The parts of a model's leaves. `starts` has the first index of each leaf, and their number.
-pub(crate) fn leaf_parts(starts: &[u32]) -> Vec<PartDraw> {
+/// The parts of a model's leaves: all of them for trees in full, then those of simplified trees.
+/// `starts` has the first index of each leaf, and their number. Where draws cannot begin in the
+/// middle of a list, the parts are the same for both, and the first is empty.
+pub(crate) fn leaf_parts(starts: &[u32], first_instance: bool) -> Vec<PartDraw> {
     let leaves = starts.len() as u32 - 1;
-    let mut parts = Vec::new();
+    if leaves == 0 {
+        return Vec::new();
+    }
+    let all = if first_instance { starts[leaves as usize] } else { 0 };
+    let mut parts = vec![PartDraw { buckets: (BUCKETS, BUCKETS), indices: (0, all) }];
+    let high = if first_instance { BUCKETS - 1 } else { BUCKETS };
     let (mut low, mut first) = (1, 0);
-    for bucket in 1..=BUCKETS {
+    for bucket in 1..=high {
         let end = (f64::from(bucket_share(bucket)) * f64::from(leaves)).ceil() as u32;
-        if end - first >= FEW_LEAVES || (bucket == BUCKETS && end > first) {
+        if end - first >= FEW_LEAVES || (bucket == high && end > first) {
             let [a, b] = [first, end].map(|leaf| starts[leaf as usize]);
-            parts.push(PartDraw { buckets: (low, BUCKETS), indices: (a, b - a) });
+            parts.push(PartDraw { buckets: (low, high), indices: (a, b - a) });
             (low, first) = (bucket + 1, end);
         }
     }
@@ -220,6 +227,7 @@ impl Trees {
         detail: &Simplification,
         season: impl Fn(usize, &TreeRecord) -> Vec3,
         detached: impl Fn(&TreeRecord, u32) -> u32,
+        wind: impl Fn(Vec3) -> Vec2,
     ) -> CpuList {
         let frustum = Frustum::new(list.clip_from_world);
         let mut out = CpuList {
@@ -269,8 +277,7 @@ impl Trees {
                     color_contrast,
                     seed: tree.seed,
                     detached,
-                    padding0: 0,
-                    padding1: 0,
+                    wind: wind(tree.position),
                 };
                 let leaves = crown.leaf_count as f32;
                 let hanging = 1.0 - detached as f32 / leaves.max(1.0);
@@ -409,19 +416,28 @@ mod tests {
         for leaves in [0u32, 1, 63, 64, 65, 1000, 20_000] {
             // Leaves of three and six indices in turn.
             let starts: Vec<u32> = (0..=leaves).map(|i| i / 2 * 9 + i % 2 * 3).collect();
-            let parts = leaf_parts(&starts);
-            let mut end = 0;
-            let mut low = 0;
-            for part in &parts {
-                assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
-                assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == BUCKETS);
-                (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
+            for first_instance in [true, false] {
+                let parts = leaf_parts(&starts, first_instance);
+                let high = if first_instance { BUCKETS - 1 } else { BUCKETS };
+                let mut end = 0;
+                let mut low = 0;
+                for part in parts.iter().skip(1) {
+                    assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
+                    assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == high);
+                    (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
+                }
+                let most = (f64::from(bucket_share(high)) * f64::from(leaves)).ceil() as usize;
+                assert_eq!(end, starts[most]);
             }
-            assert_eq!(end, starts[leaves as usize]);
+            let parts = leaf_parts(&starts, true);
+            assert_eq!(parts.first().map_or(0, |p| p.indices.1), starts[leaves as usize]);
             // Trees of any bucket are drawn with the leaves that they need.
-            for bucket in 1..=BUCKETS {
-                let drawn: u32 =
-                    parts.iter().filter(|p| p.buckets.0 <= bucket).map(|p| p.indices.1).sum();
+            for bucket in 1..BUCKETS {
+                let drawn: u32 = parts[1.min(parts.len())..]
+                    .iter()
+                    .filter(|p| p.buckets.0 <= bucket)
+                    .map(|p| p.indices.1)
+                    .sum();
                 let needed = (f64::from(bucket_share(bucket)) * f64::from(leaves)).floor() as usize;
                 let least = if needed >= 64 { starts[needed] } else { 0 };
                 assert!(drawn >= least, "{leaves} leaves, bucket {bucket}: {drawn} of {least}");
@@ -582,7 +598,8 @@ mod tests {
                         && near(tree.shading_contrast, wanted.shading_contrast)
                         && near(tree.color_contrast, wanted.color_contrast)
                         && tree.mean_color.distance(wanted.mean_color) < 1e-4
-                        && tree.detached.abs_diff(wanted.detached) <= 1,
+                        && tree.detached.abs_diff(wanted.detached) <= 1
+                        && tree.wind.distance(wanted.wind) < 0.01,
                     "{tree:?}\nis not\n{wanted:?}"
                 );
                 simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);

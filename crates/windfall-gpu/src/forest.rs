@@ -10,6 +10,7 @@ use crate::renderer::Renderer;
 use crate::shared::{Model, TreeList, TreeRecord};
 use crate::strategy::Strategy;
 use crate::view::View;
+use glam::{Vec3, Vec3Swizzles};
 use std::sync::Mutex;
 use windfall_core::forest::Forest;
 use windfall_core::shed::Shedding;
@@ -18,8 +19,9 @@ use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
 /// [`TreeInstance`] as a vertex buffer.
-pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
-    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x2
+pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x2,
+    13 => Float32x2
 ];
 
 /// A forest uploaded once and drawn in many frames.
@@ -173,6 +175,7 @@ impl GpuForest {
         let detached = |tree: &TreeRecord, leaves: u32| {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
-        self.trees.list_on_cpu(list, wood, detail, season, detached)
+        let wind = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
+        self.trees.list_on_cpu(list, wood, detail, season, detached, wind)
     }
 }

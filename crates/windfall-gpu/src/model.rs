@@ -151,7 +151,7 @@ impl GpuModel {
         );
         Self {
             leaf_count: tree.foliage.leaves.len() as u32,
-            leaf_parts: leaf_parts(&leaf_starts),
+            leaf_parts: leaf_parts(&leaf_starts, first_instance),
             wood_parts: wood_parts(&wood_ranges),
             crown: crown(tree, &levels),
             wood,

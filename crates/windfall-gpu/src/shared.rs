@@ -387,10 +387,8 @@ gpu_struct! {
         pub seed: u32,
         /// Leaves of shed rank below this have left their twigs.
         pub detached: u32,
-        /// Unused.
-        pub padding0: u32,
-        /// Unused.
-        pub padding1: u32,
+        /// Wind at the foot along x and z, m/s.
+        pub wind: Vec2,
     }
 }
 

@@ -10,6 +10,8 @@ struct Tree {
     @location(11) mean_contrast: vec4<f32>,
     // Key of the tree; leaves of shed rank below the second have left.
     @location(12) seed_detached: vec2<u32>,
+    // Wind at its foot.
+    @location(13) wind: vec2<f32>,
 }
 
 fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {
@@ -22,4 +24,11 @@ fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {
 fn world_from_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
     let rest = tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
     return rest + sway(rest, tree.position_scale.y);
+}
+
+// The same from so far that limbs and twigs are not seen to move: the whole tree leans.
+fn world_from_far_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
+    let rest = tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
+    let lean = lean_of(tree.wind, max(rest.y - tree.position_scale.y, 0.0));
+    return rest + frame.sway * vec3(lean.x, 0.0, lean.y);
 }

@@ -27,6 +27,12 @@ fn swing(place: vec3<f32>, waves: vec3<f32>, rate: f32) -> f32 {
     return wave(turns);
 }
 
+// The whole tree leans by the wind's pressure.
+fn lean_of(wind: vec2<f32>, high: f32) -> vec2<f32> {
+    let speed = length(wind);
+    return wind * min(speed * 1.5e-4 * high * sqrt(high), 0.03 * high / max(speed, 1e-3));
+}
+
 // How far a part of a tree whose foot is at height `foot` has moved from its place at rest, metres.
 fn sway(rest: vec3<f32>, foot: f32) -> vec3<f32> {
     if frame.sway == 0.0 {
@@ -35,8 +41,7 @@ fn sway(rest: vec3<f32>, foot: f32) -> vec3<f32> {
     let high = max(rest.y - foot, 0.0);
     let wind = wind_at(rest);
     let speed = length(wind);
-    // The whole tree leans by the wind's pressure.
-    let lean = wind * min(speed * 1.5e-4 * high * sqrt(high), 0.03 * high / max(speed, 1e-3));
+    let lean = lean_of(wind, high);
     // Limbs rock about it, twigs tremble: each part in its own time.
     let free = high / (high + 4.0);
     let rock = 0.014 * free * min(speed, 8.0);

@@ -16,6 +16,8 @@ pub(crate) struct Draw<'a> {
     pub fragment: Option<&'a str>,
     pub alpha_to_coverage: bool,
     pub target: DrawTarget,
+    /// Values of the shader's `override`s.
+    pub constants: &'a [(&'a str, f64)],
 }
 
 /// What a pipeline draws into.
@@ -51,6 +53,8 @@ impl Shaders<'_> {
             DrawTarget::Shadow => (None, Some(wgpu::CompareFunction::LessEqual)),
             DrawTarget::Picture(format) => (Some(format), None),
         };
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: draw.constants, ..Default::default() };
         let targets: Vec<_> = color.map(|format| Some(format.into())).into_iter().collect();
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(draw.label),
@@ -58,7 +62,7 @@ impl Shaders<'_> {
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(draw.vertex),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: draw.buffers,
             },
             primitive: wgpu::PrimitiveState { cull_mode: draw.cull, ..Default::default() },
@@ -77,7 +81,7 @@ impl Shaders<'_> {
             fragment: draw.fragment.map(|entry_point| wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(entry_point),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: compilation_options.clone(),
                 targets: &targets,
             }),
             multiview_mask: None,

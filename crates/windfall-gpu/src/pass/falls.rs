@@ -93,6 +93,7 @@ impl Falls {
                 fragment,
                 alpha_to_coverage,
                 target,
+                constants: &[],
             })
         };
         Self {

@@ -42,6 +42,7 @@ impl Grass {
             fragment: Some("fragment"),
             alpha_to_coverage: false,
             target: DrawTarget::Radiance,
+            constants: &[],
         });
         Self { pipeline, layout }
     }

@@ -131,6 +131,7 @@ impl Ground {
                 fragment: Some("fragment"),
                 alpha_to_coverage: false,
                 target: DrawTarget::Radiance,
+                constants: &[],
             }),
         }
     }

@@ -67,6 +67,7 @@ impl Pair {
                 fragment,
                 alpha_to_coverage,
                 target,
+                constants: &[],
             })
         };
         let (picture, shadow) = (DrawTarget::Radiance, DrawTarget::Shadow);

@@ -35,6 +35,7 @@ impl SkyDome {
                 fragment: Some("fragment"),
                 alpha_to_coverage: false,
                 target: DrawTarget::Radiance,
+                constants: &[],
             }),
         }
     }

@@ -35,6 +35,7 @@ impl ToneMap {
             fragment: Some("fragment"),
             alpha_to_coverage: false,
             target: DrawTarget::Picture(format),
+            constants: &[],
         });
         Self { pipeline, layout }
     }

@@ -32,6 +32,7 @@ impl Wood {
                 fragment,
                 alpha_to_coverage: false,
                 target,
+                constants: &[],
             })
         };
         Self {
