@@ -10,7 +10,7 @@ fn detach(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let tree = visible[id.x];
-    let detached = detached_by_now(tree.seed, tree.delay, tree.gust_phase, tree.leaf_count);
+    let detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, tree.leaf_count);
     visible[id.x].detached = detached;
     if id.x < fall.visible_count {
         atomicAdd(&counters[5u * fall.bin_count + 4u], tree.leaf_count - detached);

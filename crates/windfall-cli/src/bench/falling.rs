@@ -249,7 +249,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
     Ok(rows)
 }
 
-/// `count` leaves of one shape, all thrown within half a second before time 0 and so in the air.
+/// `count` leaves of one shape, thrown between four and two seconds before time 0: nearly all in the air.
 fn shower(count: u32) -> Stage {
     let of_tree = count.min(1 << 16);
     let trees = vec![Species::Beech.grow_with(3, of_tree)];
@@ -262,7 +262,7 @@ fn shower(count: u32) -> Stage {
         seed: 7,
     };
     let mut falls = Falls {
-        shedding: Shedding { start: -1.0, duration: 0.5, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
+        shedding: Shedding { start: -4.0, duration: 2.0, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
         capacity: count,
         ..Falls::default()
     };

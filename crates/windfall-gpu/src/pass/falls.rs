@@ -52,6 +52,13 @@ fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGr
     })
 }
 
+/// Workgroups in a row of a dispatch: `ROW` in `shaders/falls.wgsl`.
+const ROW: u32 = 32_768;
+
+fn dispatch(pass: &mut wgpu::ComputePass<'_>, groups: u32) {
+    pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
+}
+
 impl Falls {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
         let device = shaders.device;
@@ -132,7 +139,7 @@ impl Falls {
         pass.set_pipeline(&self.windows);
         pass.dispatch_workgroups(falls.stream_count.div_ceil(GROUP), 1, 1);
         pass.set_pipeline(&self.find);
-        pass.dispatch_workgroups(falls.slot_count.div_ceil(GROUP), 1, 1);
+        dispatch(pass, falls.stream_count);
     }
 
     /// Finds where they will land.
@@ -146,7 +153,7 @@ impl Falls {
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
         pass.set_pipeline(&self.pose);
-        pass.dispatch_workgroups(falls.slot_count.div_ceil(GROUP), 1, 1);
+        dispatch(pass, falls.group_count);
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
@@ -356,6 +363,7 @@ mod tests {
                 let leaf_fall = LeafFall {
                     origin: instance.world_from_tree(leaf.center),
                     twig_orientation: instance.rotation() * leaf.orientation,
+                    tree: instance.position,
                     seed,
                     group: falls.groups[instance.model as usize],
                     detach_time: f64::from(detach),
