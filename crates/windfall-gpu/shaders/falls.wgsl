@@ -10,12 +10,13 @@
 // Two vectors a slot. Of a leaf in the air: origin, moved by the wind at the detachment; time of the
 // detachment; seconds to the landing; variant; colour with the upper byte of the size; look with the
 // lower. Of a leaf that lies: place, time of the landing, orientation of which y is negative, colour and
-// look. Then four vectors a stream: see Window.
+// look. Then four vectors a stream: see Window. Then a word a slot: see changing_at.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
 // leaves on the ground, of those drawn, leaves drawn on twigs; then how many slots `land` has to
-// fill: in workgroups, 1, and in slots.
+// fill: in workgroups, 1, and in slots; then how many leaves `change` has to pose, in workgroups and in
+// leaves.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
 // Workgroups in a row of a dispatch, and most of `land`.
@@ -247,7 +248,7 @@ fn changing_leaf(stream_index: u32, slot: u32, entry: u32) -> LooseLeaf {
     var leaf = leaf_constants(stream, entry);
     var lies = (slots[2u * slot + 1u].x & SIGN) != 0u;
     leaf.landing.w = bitcast<f32>(slots[2u * slot + 1u].x);
-    for (var once = !lies && (!in_the_air(leaf) || fall.recolor == 1u); once; once = false) {
+    if !lies && (!in_the_air(leaf) || fall.recolor == 1u) {
         fill(slot, leaf);
         lies = !in_the_air(leaf);
     }
@@ -258,7 +259,7 @@ fn changing_leaf(stream_index: u32, slot: u32, entry: u32) -> LooseLeaf {
         return out;
     }
     let settles = fall.time - leaf.falls.detach_time > leaf.landing.w - settle_time(leaf.landing.w);
-    for (var once = settles; once; once = false) {
+    if settles {
         lie_down(&leaf);
     }
     return loose_leaf(leaf);
@@ -299,33 +300,33 @@ fn flying_leaf(a: vec4<f32>, b: vec4<u32>, flight: Flight, variant: Variant, gus
     );
 }
 
-// The local slots of a workgroup whose leaves change, and how many.
-var<workgroup> changing: array<u32, 64>;
-var<workgroup> changing_count: atomic<u32>;
 // How many leaves are held, and how many of them are drawn: in the air in the lower half of the word,
 // on the ground in the upper.
 var<workgroup> held_count: atomic<u32>;
 var<workgroup> seen_count: atomic<u32>;
 var<workgroup> seen_first: u32;
 
-fn place_among_seen(in_air: bool) -> u32 {
-    let before = atomicAdd(&seen_count, select(0x10000u, 1u, in_air));
-    return (before & 0xffffu) + (before >> 16u);
+// Where the changing leaves are listed, four a vector: workgroup and thread of `pose` that met them.
+fn changing_at(i: u32) -> u32 {
+    return 2u * fall.slot_count + 4u * fall.stream_count + i / 4u;
 }
 
-// Poses the leaves and gathers those in view for drawing.
+// How many entries the leaf in local slot `at` is behind the last that detached.
+fn entries_back(window: Window, at: u32) -> u32 {
+    return window.newest - at + select(0u, window.keep, at > window.newest);
+}
+
+// Poses the leaves that fly and those that lie, and gathers those in view for drawing. Leaves that
+// change are listed for `change`: few at a time, and costlier.
 @compute @workgroup_size(64)
 fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let index = group.y * ROW + group.x;
     if index >= fall.group_count {
         return;
     }
-    let stream = lists[2u * index];
-    let first = lists[2u * index + 1u];
-    let window = window_of(stream);
-    let at = first + local;
-    // Of the entries in these slots the last is in slot `newest`.
-    let back = window.newest - at + select(0u, window.keep, at > window.newest);
+    let window = window_of(lists[2u * index]);
+    let at = lists[2u * index + 1u] + local;
+    let back = entries_back(window, at);
     let held = at < window.keep && back < window.detached;
     let slot = window.slot_first + select(0u, at, held);
     let a = bitcast<vec4<f32>>(slots[2u * slot]);
@@ -334,52 +335,32 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let elapsed = fall.time - a.w;
     let landing = bitcast<f32>(b.x);
     let vanishes = window.detached - 1u - back + window.keep < window.soon;
-    var changes = held && (fall.recolor == 1u || select(
-        elapsed > landing - settle_time(landing),
-        vanishes,
-        lies,
-    ));
+    var changes = held && (fall.recolor == 1u || vanishes || (!lies && elapsed > landing - settle_time(landing)));
     var out: LooseLeaf;
-    // Loops rather than branches: software GPUs run what is in a branch in any case.
-    for (var once = held && lies && !changes; once; once = false) {
+    if lies {
         out = lying_leaf(a, b);
-    }
-    for (var once = held && !lies && !changes; once; once = false) {
+    } else {
         let variant = variant_of(b.y, a.xyz);
         let flight = flight_of(variant.flight);
-        changes = path_time(variant, elapsed) * flight.rate < f32(flight.soft);
-        for (var flies = !changes; flies; flies = false) {
-            out = flying_leaf(a, b, flight, variant, window.gusts);
-        }
+        changes = changes || (held && path_time(variant, elapsed) * flight.rate < f32(flight.soft));
+        out = flying_leaf(a, b, flight, variant, window.gusts);
     }
     if changes {
-        changing[atomicAdd(&changing_count, 1u)] = at;
+        let i = atomicAdd(&counters[5u * fall.bin_count + 9u], 1u);
+        slots[changing_at(i)][i % 4u] = index * 64u + local;
+        if i % 64u == 0u && i < 64u * ROW {
+            atomicAdd(&counters[5u * fall.bin_count + 8u], 1u);
+        }
     }
     let in_air = !lies && elapsed < landing;
+    let seen = held && !changes && in_view(out.position, window.radius * out.scale);
     if held {
         atomicAdd(&held_count, select(0x10000u, 1u, in_air));
     }
-    let seen = held && !changes && in_view(out.position, window.radius * out.scale);
     var place = 0u;
     if seen {
-        place = place_among_seen(in_air);
-    }
-    workgroupBarrier();
-    var changed: LooseLeaf;
-    var changed_seen = false;
-    var changed_place = 0u;
-    for (var once = local < atomicLoad(&changing_count); once; once = false) {
-        let local_slot = changing[local];
-        let its_slot = window.slot_first + local_slot;
-        let its_back = window.newest - local_slot + select(0u, window.keep, local_slot > window.newest);
-        let its_a = bitcast<vec4<f32>>(slots[2u * its_slot]);
-        let its_b = slots[2u * its_slot + 1u];
-        let falls = (its_b.x & SIGN) == 0u && fall.time - its_a.w < bitcast<f32>(its_b.x);
-        changed = changing_leaf(stream, its_slot, window.detached - 1u - its_back);
-        changed_seen = in_view(changed.position, window.radius * changed.scale);
-        if changed_seen {
-            changed_place = place_among_seen(falls);
-        }
+        let before = atomicAdd(&seen_count, select(0x10000u, 1u, in_air));
+        place = (before & 0xffffu) + (before >> 16u);
     }
     workgroupBarrier();
     if local == 0u {
@@ -397,7 +378,25 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if seen {
         drawn[window.bin_first + seen_first + place] = out;
     }
-    for (var once = changed_seen; once; once = false) {
-        drawn[window.bin_first + seen_first + changed_place] = changed;
+}
+
+// Poses the listed leaves: those that leave their twigs, settle, have just landed, or vanish.
+@compute @workgroup_size(64)
+fn change(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = atomicLoad(&counters[5u * fall.bin_count + 9u]);
+    for (var i = id.x; i < count; i += 64u * ROW) {
+        let listed = slots[changing_at(i)][i % 4u];
+        let stream = lists[2u * (listed / 64u)];
+        let window = window_of(stream);
+        let at = lists[2u * (listed / 64u) + 1u] + listed % 64u;
+        let slot = window.slot_first + at;
+        let entry = window.detached - 1u - entries_back(window, at);
+        let out = changing_leaf(stream, slot, entry);
+        if in_view(out.position, window.radius * out.scale) {
+            let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
+            atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);
+            let place = atomicAdd(&counters[5u * window.bin + 1u], 1u);
+            drawn[window.bin_first + place] = out;
+        }
     }
 }

@@ -25,7 +25,7 @@ use windfall_core::wind::Wind;
 pub(crate) const GROUP: u32 = 64;
 
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
-pub(crate) const TALLIES: usize = 8;
+pub(crate) const TALLIES: usize = 10;
 
 /// Distance from the camera within which leaves in the air cast shadows, metres.
 const LOOSE_SHADOWS: f32 = 60.0;
@@ -47,7 +47,7 @@ pub struct Falls {
     /// Start and end of falls.
     pub settings: FallSettings,
     /// Most leaves in the air and on the ground together: where there are more, those that have
-    /// lain longest vanish. 64 bytes of device memory each. Default 1,000,000.
+    /// lain longest vanish. 68 bytes of device memory each. Default 1,000,000.
     pub capacity: u32,
     /// Where poses are computed.
     pub strategy: Strategy,
@@ -159,7 +159,7 @@ pub(crate) struct GpuFalls {
     pub drawn: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
-    /// Indirect arguments of the search for landings.
+    /// Indirect arguments of the search for landings, and of the poses of leaves that change.
     pub landings: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
     pub frame: FallFrame,
@@ -233,7 +233,7 @@ impl GpuFalls {
             &storage("models", bytemuck::cast_slice(models)),
             &empty(
                 "leaf slots",
-                slots * 32 + plan.streams.len() as u64 * 64,
+                slots * 36 + plan.streams.len() as u64 * 64 + 16,
                 wgpu::BufferUsages::empty(),
             ),
             &drawn,
@@ -259,17 +259,17 @@ impl GpuFalls {
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
-            .chain([0, 0, 0, 0, 0, 0, 1, 0])
+            .chain([0, 0, 0, 0, 0, 0, 1, 0, 0, 0])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
             contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
-        // Groups as counted by the shader, 1, 1.
+        // Groups as counted by the shader, 1, 1; twice.
         let landings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("landings to find"),
-            contents: bytemuck::cast_slice(&[0u32, 1, 1]),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1]),
             usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
         });
         Self {
@@ -287,9 +287,19 @@ impl GpuFalls {
         }
     }
 
-    /// Where the number of workgroups that `land` needs is counted, bytes.
-    pub fn landings_offset(&self) -> u64 {
-        (5 * self.bins.len() as u64 + 5) * 4
+    /// Copies the number of workgroups that `land` needs to its indirect arguments.
+    pub fn count_landings(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.copy_count(encoder, 5, 0);
+    }
+
+    /// Copies the number of workgroups that `change` needs to its indirect arguments.
+    pub fn count_changes(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.copy_count(encoder, 8, 12);
+    }
+
+    fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, tally: u64, to: u64) {
+        let from = (5 * self.bins.len() as u64 + tally) * 4;
+        encoder.copy_buffer_to_buffer(&self.counters, from, &self.landings, to, 4);
     }
 
     /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in

@@ -250,17 +250,16 @@ impl Renderer {
             self.falls.detach(&mut pass, &forest.detach_group, trees);
             self.falls.find(&mut pass, falls);
             drop(pass);
-            scope.recorder.copy_buffer_to_buffer(
-                &falls.counters,
-                falls.landings_offset(),
-                &falls.landings,
-                0,
-                4,
-            );
+            falls.count_landings(scope.recorder);
             let mut pass = scope.scoped_compute_pass("falls");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.land(&mut pass.scope("land"), falls);
             self.falls.pose(&mut pass.scope("pose"), falls);
+            drop(pass);
+            falls.count_changes(scope.recorder);
+            let mut pass = scope.scoped_compute_pass("change");
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            self.falls.change(&mut pass, falls);
         }
         for (i, casters) in casters.iter().enumerate() {
             let mut pass = scope.scoped_render_pass(

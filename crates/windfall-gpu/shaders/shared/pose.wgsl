@@ -399,8 +399,7 @@ fn landing_at(leaf: LeafFall, variant: Variant, time: f32) -> Landing {
 fn falling_pose(leaf: LeafFall, variant: Variant, landing_time: f32, lying: vec4<f32>, elapsed: f32) -> Pose {
     var pose = airborne(leaf, variant, elapsed);
     let done = 1.0 - (landing_time - elapsed) / max(settle_time(landing_time), 1e-30);
-    // A loop rather than a branch: software GPUs run what is in a branch in any case.
-    for (var settles = done > 0.0; settles; settles = false) {
+    if done > 0.0 {
         let arriving = airborne(leaf, variant, settling(landing_time, 1.0)).orientation;
         let turned = airborne(leaf, variant, settling(landing_time, done)).orientation;
         let settle = quat_mul(quat_conjugate(arriving), lying);

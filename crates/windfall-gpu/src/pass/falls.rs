@@ -16,6 +16,7 @@ pub(crate) struct Falls {
     find: wgpu::ComputePipeline,
     land: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
+    change: wgpu::ComputePipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
     solid_shadow: wgpu::RenderPipeline,
@@ -112,6 +113,7 @@ impl Falls {
             find: compute("find", falls, &SHARED, &layout_falls),
             land: compute("land", falls, &SHARED, &layout_falls),
             pose: compute("pose", falls, &SHARED, &layout_falls),
+            change: compute("change", falls, &SHARED, &layout_falls),
             solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
             masked: draw("masked loose leaves", Some("masked"), true, DrawTarget::Radiance),
             solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow),
@@ -149,7 +151,14 @@ impl Falls {
         pass.dispatch_workgroups_indirect(&falls.landings, 0);
     }
 
-    /// Poses the loose leaves and gathers those in view.
+    /// Poses the leaves that leave their twigs, settle, or vanish.
+    pub fn change(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
+        pass.set_bind_group(1, &falls.bind_group, &[]);
+        pass.set_pipeline(&self.change);
+        pass.dispatch_workgroups_indirect(&falls.landings, 12);
+    }
+
+    /// Poses the loose leaves that fly or lie, and gathers those in view.
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
         pass.set_pipeline(&self.pose);
