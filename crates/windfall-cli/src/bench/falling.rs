@@ -1,6 +1,8 @@
 //! `windfall bench falling`: what falling leaves cost (VB 6.3 and beyond).
 
 use super::bare::Bare;
+use super::plots::{self, Line};
+use super::soak::{self, Soak};
 use super::stand::Easel;
 use super::{Spread, line};
 use crate::gpu::Gpu;
@@ -8,7 +10,7 @@ use crate::render::parse_size;
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -48,6 +50,12 @@ pub struct Args {
     /// Most leaves of part c
     #[arg(long, value_name = "N", default_value_t = 1 << 22)]
     most: u32,
+    /// Frames of part d, continuous shedding; 0 leaves it out
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    soak: u32,
+    /// Write plots of parts a and c (SVG) to this folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -60,6 +68,7 @@ struct Report {
     strategies: Vec<StrategyRow>,
     many: Option<Many>,
     counts: Option<Counts>,
+    soak: Option<Soak>,
 }
 
 #[derive(Serialize)]
@@ -72,6 +81,8 @@ struct StrategyRow {
     /// Frames at the end over frames at the beginning, fifths of the run.
     drift: f64,
     listed: u64,
+    /// Milliseconds of each frame, wall clock.
+    frames_ms: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -118,9 +129,47 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.parts.contains('c') {
         report.counts = Some(counts(args, &mut gpu, &easel)?);
     }
+    if args.soak > 0 {
+        report.soak = Some(soak::run(args.soak, &mut gpu)?);
+    }
+    if let Some(folder) = &args.plots {
+        plot(folder, args, &report)?;
+    }
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report)?;
         std::fs::write(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// VB's Figure 6 from part a, and the cost against the count from part c.
+fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+    let write = |name: &str, svg: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, svg).with_context(|| format!("{}", path.display()))
+    };
+    if !report.strategies.is_empty() {
+        let lines = report.strategies.iter().map(|row| Line {
+            name: row.name.clone(),
+            points: row
+                .frames_ms
+                .iter()
+                .enumerate()
+                .map(|(i, &ms)| (f64::from(args.start) + i as f64 / 30.0, ms))
+                .collect(),
+        });
+        let title = "Frame cost over the walk";
+        write("walk.svg", plots::lines(title, "s", "ms", &lines.collect::<Vec<_>>(), false)?)?;
+    }
+    if let Some(counts) = &report.counts {
+        let line = |name: &str, get: fn(&(u64, f64, f64)) -> f64| Line {
+            name: name.to_owned(),
+            points: counts.points.iter().map(|p| (p.0 as f64, get(p))).collect(),
+        };
+        let lines = [line("pose pass", |p| p.1), line("whole frame", |p| p.2)];
+        let title = "Cost against leaves in the air, logarithmic";
+        write("counts.svg", plots::lines(title, "leaves", "ms", &lines, true)?)?;
     }
     Ok(())
 }
@@ -241,6 +290,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
             ratio: Spread::of(&ratios),
             drift,
             listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            frames_ms: wall,
         };
         println!(
             "{:<38}{:>24}{:>24}{:>20}{:>8.2}{:>9}",

@@ -2,6 +2,8 @@
 
 mod bare;
 mod falling;
+mod plots;
+mod soak;
 mod stand;
 
 use serde::Serialize;
