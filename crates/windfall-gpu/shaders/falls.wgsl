@@ -243,7 +243,7 @@ fn vanish_time(stream: Stream, entry: u32) -> f32 {
 }
 
 // A leaf that leaves its twig, settles, has landed since the last frame, or vanishes: all that is seldom.
-fn changing_leaf(stream_index: u32, slot: u32, entry: u32) -> LooseLeaf {
+fn changing_leaf(stream_index: u32, slot: u32, entry: u32, gusts: vec4<f32>) -> LooseLeaf {
     let stream = streams[stream_index];
     var leaf = leaf_constants(stream, entry);
     var lies = (slots[2u * slot + 1u].x & SIGN) != 0u;
@@ -259,10 +259,21 @@ fn changing_leaf(stream_index: u32, slot: u32, entry: u32) -> LooseLeaf {
         return out;
     }
     let settles = fall.time - leaf.falls.detach_time > leaf.landing.w - settle_time(leaf.landing.w);
+    let a = bitcast<vec4<f32>>(slots[2u * slot]);
+    let b = slots[2u * slot + 1u];
+    let variant = variant_of(b.y, a.xyz);
+    let flight = flight_of(variant.flight);
+    if !settles && !near_twig(flight, variant, fall.time - a.w) {
+        return flying_leaf(a, b, flight, variant, gusts); // it has only another colour
+    }
     if settles {
         lie_down(&leaf);
     }
     return loose_leaf(leaf);
+}
+
+fn near_twig(flight: Flight, variant: Variant, elapsed: f32) -> bool {
+    return path_time(variant, elapsed) * flight.rate < f32(flight.soft);
 }
 
 fn slot_size(b: vec4<u32>) -> f32 {
@@ -342,7 +353,7 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     } else {
         let variant = variant_of(b.y, a.xyz);
         let flight = flight_of(variant.flight);
-        changes = changes || (held && path_time(variant, elapsed) * flight.rate < f32(flight.soft));
+        changes = changes || (held && near_twig(flight, variant, elapsed));
         out = flying_leaf(a, b, flight, variant, window.gusts);
     }
     if changes {
@@ -391,7 +402,7 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
         let at = lists[2u * (listed / 64u) + 1u] + listed % 64u;
         let slot = window.slot_first + at;
         let entry = window.detached - 1u - entries_back(window, at);
-        let out = changing_leaf(stream, slot, entry);
+        let out = changing_leaf(stream, slot, entry, window.gusts);
         if in_view(out.position, window.radius * out.scale) {
             let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
             atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);

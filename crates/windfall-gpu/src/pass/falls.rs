@@ -293,6 +293,10 @@ mod tests {
 
         /// Renders a moment from far away, everything in view; the loose leaves, and the tallies.
         fn loose_leaves(&self, time: f32) -> (Vec<LooseLeaf>, [u32; 5]) {
+            self.leaves_of(time, 0.5)
+        }
+
+        fn leaves_of(&self, time: f32, season: f32) -> (Vec<LooseLeaf>, [u32; 5]) {
             let Self { device, queue, renderer, forest } = self;
             let canvas = renderer.canvas(device, 8, 8);
             let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -315,7 +319,7 @@ mod tests {
                 },
                 sky: Sky::default(),
                 time,
-                season: 0.5,
+                season,
                 shadows: false,
                 show: crate::Show::Picture,
             };
@@ -463,5 +467,22 @@ mod tests {
         let back = sorted(direct.loose_leaves(60.0));
         assert!(at_60 == back, "backwards differs");
         assert!(at_60 != sorted(direct.loose_leaves(60.5)), "another time must differ");
+    }
+
+    #[test]
+    fn a_change_of_season_gives_the_leaves_of_that_season() {
+        let sorted = |(mut leaves, _): (Vec<LooseLeaf>, _)| {
+            leaves.sort_by_key(|l| l.position.to_array().map(f32::to_bits));
+            leaves
+        };
+        let scene = scene(6_000);
+        let (changed, direct) = (Gpu::new(&scene), Gpu::new(&scene));
+        let before = sorted(changed.leaves_of(50.0, 0.2));
+        let after = sorted(changed.leaves_of(50.0, 0.8));
+        assert!(after == sorted(direct.leaves_of(50.0, 0.8)));
+        assert!(after != before);
+        // The colours stay when time goes on.
+        changed.leaves_of(50.1, 0.8);
+        assert!(sorted(changed.leaves_of(50.2, 0.8)) == sorted(direct.leaves_of(50.2, 0.8)));
     }
 }
