@@ -263,7 +263,7 @@ fn changing_leaf(stream_index: u32, slot: u32, entry: u32, gusts: vec4<f32>) -> 
     let b = slots[2u * slot + 1u];
     let variant = variant_of(b.y, a.xyz);
     let flight = flight_of(variant.flight);
-    if !settles && !near_twig(flight, variant, fall.time - a.w) {
+    if !settles && fall.paper_variation == 0u && !near_twig(flight, variant, fall.time - a.w) {
         return flying_leaf(a, b, flight, variant, gusts); // it has only another colour
     }
     if settles {
@@ -353,7 +353,9 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     } else {
         let variant = variant_of(b.y, a.xyz);
         let flight = flight_of(variant.flight);
-        changes = changes || (held && near_twig(flight, variant, elapsed));
+        // The paper's variation follows from the leaf's place on the twig, which slots do not hold.
+        let slow = fall.paper_variation == 1u || near_twig(flight, variant, elapsed);
+        changes = changes || (held && slow);
         out = flying_leaf(a, b, flight, variant, window.gusts);
     }
     if changes {

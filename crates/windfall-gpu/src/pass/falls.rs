@@ -402,11 +402,24 @@ mod tests {
 
     #[test]
     fn poses_are_those_of_the_reference() {
-        let scene = scene(1_000_000);
-        let gpu = Gpu::new(&scene);
+        check_poses(&scene(1_000_000), 1e-3, true);
+    }
+
+    #[test]
+    fn poses_of_the_papers_variation_are_those_of_the_reference() {
+        let mut scene = scene(1_000_000);
+        scene.falls.variation = windfall_core::path::Variation::Paper;
+        // Its rotation is of a product of up to 2e5 degrees, of which f32 tells 1/64 apart: over a way
+        // of 10 m that is 3 mm, and horizontal scales go up to 3. Where so little decides which face
+        // of a leaf lies up, only those in the air can be compared.
+        check_poses(&scene, 9e-3, false);
+    }
+
+    fn check_poses(scene: &Scene, tolerance: f32, lying_too: bool) {
+        let gpu = Gpu::new(scene);
         let time = 75.0;
         let (leaves, tallies) = gpu.loose_leaves(time);
-        let expected = reference(&scene, time);
+        let expected = reference(scene, time);
         assert!(expected.len() > 10_000, "{} leaves", expected.len());
         let in_air = expected.iter().filter(|e| e.2).count();
         assert!(in_air > 300, "{in_air} in the air");
@@ -420,7 +433,7 @@ mod tests {
             grid.entry(cell(leaf.position)).or_default().push(leaf);
         }
         let mut wrong = Vec::new();
-        for &(position, orientation, falling) in &expected {
+        for &(position, orientation, falling) in expected.iter().filter(|e| e.2 || lying_too) {
             let [x, y, z] = cell(position);
             let around = (-1..=1).flat_map(|i| {
                 (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k]))
@@ -434,7 +447,7 @@ mod tests {
                 })
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match apart {
-                Some((distance, angle)) if distance < 1e-3 && angle < 0.1 => {}
+                Some((distance, angle)) if distance < tolerance && angle < 0.1 => {}
                 _ => wrong.push((position, falling, apart)),
             }
         }
