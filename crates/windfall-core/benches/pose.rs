@@ -19,6 +19,7 @@ fn pose(c: &mut Criterion) {
             let leaf = LeafFall {
                 origin: Vec3::new(i as f32, 1e5, 0.0),
                 twig_orientation: Quat::IDENTITY,
+                tree: Vec3::ZERO,
                 seed: hash(1, i),
                 group: birch,
                 detach_time: 0.0,

@@ -100,14 +100,8 @@ impl Wind {
     ///
     /// The leaf takes on the wind's velocity with the time constant `response` (seconds; at most 0:
     /// at once): the integral of `(1 - exp(-s / response)) * velocity`, of which every term is
-    /// elementary. The gusts are those at `origin`, the leaf's place on the tree.
-    pub fn displacement(
-        &self,
-        origin: Vec3,
-        detach_time: f64,
-        elapsed: f32,
-        response: f32,
-    ) -> Vec3 {
+    /// elementary. The gusts are those at `place`, the foot of its tree: the same for all its leaves.
+    pub fn displacement(&self, place: Vec3, detach_time: f64, elapsed: f32, response: f32) -> Vec3 {
         let start = Self::reduced(detach_time);
         let lag = response.max(1e-4);
         // Below 1e-26 nothing changes, but numbers so small are slow.
@@ -117,7 +111,7 @@ impl Wind {
         let part = elapsed - Self::PERIOD as f32 * (elapsed / Self::PERIOD as f32).floor();
         for gust in &self.gusts {
             let omega = TAU * gust.cycles as f32 / Self::PERIOD as f32;
-            let first = self.phase(gust, origin, start);
+            let first = self.phase(gust, place, start);
             let turns = first + gust.cycles as f32 * part * (1.0 / Self::PERIOD as f32);
             let (s0, c0) = (TAU * first).sin_cos();
             let (s1, c1) = (TAU * (turns - turns.floor())).sin_cos();

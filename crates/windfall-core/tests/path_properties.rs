@@ -41,6 +41,7 @@ fn leaf() -> impl Strategy<Value = LeafFall> {
         |((x, y, z), twig_orientation, seed, detach_time)| LeafFall {
             origin: Vec3::new(x, y, z),
             twig_orientation,
+            tree: Vec3::new(x, 0.0, z),
             seed,
             group: 0,
             detach_time,

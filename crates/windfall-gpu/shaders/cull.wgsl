@@ -350,7 +350,7 @@ fn place(
     }
     out.seed = tree.seed;
     out.wind = wind_at(tree.position);
-    out.detached = detached_by_now(tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
+    out.detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;
     if list_index == 0u {
         tally(0u, 1u);

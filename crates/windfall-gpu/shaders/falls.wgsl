@@ -1,41 +1,69 @@
 // Leaves that have left their twigs, in the air and on the ground: landing, pose, compaction.
 
 @group(1) @binding(0) var<uniform> fall: FallFrame;
-@group(1) @binding(1) var<storage, read> tables: array<vec4<f32>>;
+@group(1) @binding(1) var<storage, read> tables: array<vec4<u32>>;
 @group(1) @binding(2) var<storage, read> streams: array<Stream>;
-// For each 64 slots the stream of the first; from fall.slot_count / 64 on the shed lists.
+// For each workgroup of `pose` its stream, and the first of its slots there. Then the shed lists.
 @group(1) @binding(3) var<storage, read> lists: array<u32>;
 @group(1) @binding(4) var<storage, read> leaves: array<LeafRecord>;
 @group(1) @binding(5) var<storage, read> models: array<Model>;
-// Two vectors a slot: where and when the leaf lands; how it lies, and the entry (plus one) it is of.
-// Then a vector a stream, of which x counts the leaves that have detached.
+// Two vectors a slot. Of a leaf in the air: origin, moved by the wind at the detachment; time of the
+// detachment; seconds to the landing; variant; colour with the upper byte of the size; look with the
+// lower. Of a leaf that lies: place, time of the landing, orientation of which y is negative, colour and
+// look. Then four vectors a stream: see Window. Then a word a slot: see changing_at.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
 // leaves on the ground, of those drawn, leaves drawn on twigs; then how many slots `land` has to
-// fill: in workgroups, 1, and in slots.
+// fill: in workgroups, 1, and in slots; then how many leaves `change` has to pose, in workgroups and in
+// leaves.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
-fn table(i: u32) -> vec4<f32> {
+// Workgroups in a row of a dispatch, and most of `land`.
+const ROW: u32 = 32768u;
+const SIGN: u32 = 0x80000000u;
+
+fn table(i: u32) -> vec4<u32> {
     return tables[i];
 }
 
+// Which leaves of a stream have detached, and what all its leaves have in common, close together.
+struct Window {
+    detached: u32,
+    // That will have when those that vanish now have vanished.
+    soon: u32,
+    // Local slot of the last that has.
+    newest: u32,
+    slot_first: u32,
+    keep: u32,
+    bin: u32,
+    bin_first: u32,
+    radius: f32,
+    gusts: vec4<f32>,
+}
+
+fn window_at(stream: u32) -> u32 {
+    return 2u * fall.slot_count + 4u * stream;
+}
+
+fn window_of(stream: u32) -> Window {
+    let at = window_at(stream);
+    let a = slots[at];
+    let b = slots[at + 1u];
+    return Window(a.x, a.y, a.z, a.w, b.x, b.y, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]));
+}
+
 fn list_entry(stream: Stream, j: u32) -> u32 {
-    return lists[(fall.slot_count + 63u) / 64u + stream.list_first + j];
+    return lists[2u * fall.group_count + stream.list_first + j];
 }
 
 fn detach_of(stream: Stream, rank: u32) -> f32 {
     return detach_time(stream.seed, stream.delay, stream.gust_phase, stream.leaf_count, rank);
 }
 
-// Counts the leaves of each stream that have detached.
-@compute @workgroup_size(64)
-fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= fall.stream_count {
-        return;
-    }
-    let stream = streams[id.x];
-    let detached = detached_by_now(stream.seed, stream.delay, stream.gust_phase, stream.leaf_count);
+// Entries of a stream that have detached by a time.
+fn detached_entries(stream: Stream, time: f32) -> u32 {
+    let detached = detached_by(time, stream.seed, stream.delay, stream.gust_phase, stream.leaf_count);
     var low = 0u;
     var high = stream.list_count;
     while low < high {
@@ -46,40 +74,28 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
             high = middle;
         }
     }
-    slots[2u * fall.slot_count + id.x] = vec4(low, 0u, 0u, 0u);
+    return low;
 }
 
-// The leaf that a slot holds now.
-struct Held {
-    held: bool,
-    stream: u32,
-    entry: u32,
-}
-
-fn held_by(slot: u32, first_slot: u32) -> Held {
-    var out = Held(false, 0u, 0u);
-    if slot >= fall.slot_count {
-        return out;
+// Counts the leaves of each stream that have detached.
+@compute @workgroup_size(64)
+fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= fall.stream_count {
+        return;
     }
-    var s = lists[first_slot / 64u];
-    while s < fall.stream_count && slot >= streams[s].slot_first + streams[s].keep {
-        s += 1u;
-    }
-    if s >= fall.stream_count || slot < streams[s].slot_first {
-        return out;
-    }
-    let detached = slots[2u * fall.slot_count + s].x;
-    let keep = streams[s].keep;
-    let local = slot - streams[s].slot_first;
-    if detached == 0u {
-        return out;
-    }
-    let newest = detached - 1u;
-    let back = (newest % keep + keep - local) % keep;
-    out.held = back <= newest;
-    out.stream = s;
-    out.entry = newest - back;
-    return out;
+    let stream = streams[id.x];
+    let detached = detached_entries(stream, fall.time);
+    let at = window_at(id.x);
+    let known = select(slots[at].x, 0u, fall.restart == 1u);
+    slots[at] = vec4(
+        detached,
+        detached_entries(stream, fall.time + VANISHING),
+        (max(detached, 1u) - 1u) % stream.keep,
+        stream.slot_first,
+    );
+    slots[at + 1u] = vec4(stream.keep, stream.bin, stream.bin_first, bitcast<u32>(stream.radius));
+    slots[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
+    slots[at + 3u] = vec4(known, 0u, 0u, 0u);
 }
 
 fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
@@ -96,43 +112,87 @@ fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
     out.origin = stream.position + turned * stream.scale;
     out.twig = quat_mul(yaw, own);
     out.seed = hash(stream.seed, leaf);
-    out.path_group = stream.path_group;
+    out.variant = draw_variant(out.seed, stream.path_group, out.origin);
+    out.late = wind_late(stream.position.xz);
     out.detach_time = detach_of(stream, record.rank);
     return out;
 }
 
-// Lists the slots whose leaf has changed: those that detached since the slots were last looked at,
-// or all of them after a seek. The list is kept in `drawn`, which nothing else uses yet.
+// Lists the entries that have detached since the last frame, or all that are kept after a seek; a
+// workgroup for each stream. The list is kept in `drawn`, which nothing else uses yet.
 @compute @workgroup_size(64)
-fn find(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
-    let held = held_by(id.x, group.x * 64u);
-    if held.held && slots[2u * id.x + 1u].z != held.entry + 1u {
+fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let stream = group.y * ROW + group.x;
+    if stream >= fall.stream_count {
+        return;
+    }
+    let at = window_at(stream);
+    let end = slots[at].x;
+    let keep = slots[at + 1u].x;
+    for (var j = max(slots[at + 3u].x, end - min(keep, end)) + local; j < end; j += 64u) {
         let i = atomicAdd(&counters[5u * fall.bin_count + 7u], 1u);
-        drawn[i].look = id.x;
-        if i % 64u == 0u {
+        drawn[i].color = stream;
+        drawn[i].look = j;
+        if i % 64u == 0u && i < 64u * ROW {
             atomicAdd(&counters[5u * fall.bin_count + 5u], 1u);
         }
     }
 }
 
-// Finds where the leaves of the listed slots will land.
+// Finds where the leaves of the listed entries will land, and fills their slots.
 @compute @workgroup_size(64)
 fn land(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= atomicLoad(&counters[5u * fall.bin_count + 7u]) {
+    let count = atomicLoad(&counters[5u * fall.bin_count + 7u]);
+    for (var i = id.x; i < count; i += 64u * ROW) {
+        let stream = streams[drawn[i].color];
+        let entry = drawn[i].look;
+        var leaf = leaf_constants(stream, entry);
+        leaf.landing.w = landing_time(leaf.falls, variant_of(leaf.falls.variant, leaf.falls.origin));
+        fill(stream.slot_first + entry % stream.keep, leaf);
+    }
+}
+
+fn in_the_air(leaf: LeafConstants) -> bool {
+    return fall.time - leaf.falls.detach_time < leaf.landing.w;
+}
+
+// Finds where and how the leaf lies, from the time of its landing.
+fn lie_down(leaf: ptr<function, LeafConstants>) {
+    let variant = variant_of((*leaf).falls.variant, (*leaf).falls.origin);
+    let landing = landing_at((*leaf).falls, variant, (*leaf).landing.w);
+    (*leaf).landing = vec4(landing.position, landing.time);
+    (*leaf).lying = landing.orientation;
+}
+
+// Colour and look as slots have them.
+fn packed_colors(leaf: LeafConstants) -> vec2<u32> {
+    let size = pack2x16float(vec2(leaf.scale, 0.0));
+    return vec2(
+        (pack4x8unorm(vec4(sqrt(season_color(leaf) * 0.5), 0.0)) & 0xffffffu) | ((size >> 8u) << 24u),
+        (leaf.look & 0xffu) | ((leaf.look >> 8u) & 0xffff00u) | (size << 24u),
+    );
+}
+
+fn fill(slot: u32, constants: LeafConstants) {
+    var leaf = constants;
+    let colors = packed_colors(leaf);
+    if in_the_air(leaf) {
+        let blown = wind_at_detachment(leaf.falls.late, leaf.falls.detach_time);
+        let origin = leaf.falls.origin + vec3(blown.x, 0.0, blown.y);
+        slots[2u * slot] = bitcast<vec4<u32>>(vec4(origin, leaf.falls.detach_time));
+        slots[2u * slot + 1u] = vec4(bitcast<u32>(leaf.landing.w), leaf.falls.variant, colors);
         return;
     }
-    let slot = drawn[id.x].look;
-    let held = held_by(slot, slot);
-    let stream = streams[held.stream];
-    let leaf = list_entry(stream, held.entry);
-    let falls = leaf_fall(stream, leaf, leaves[stream.leaf_first + leaf]);
-    let landing = landing_of(falls, variant_of(falls));
-    slots[2u * slot] = bitcast<vec4<u32>>(vec4(landing.position, landing.time));
+    lie_down(&leaf);
+    let q = select(leaf.lying, -leaf.lying, leaf.lying.y > 0.0);
+    slots[2u * slot] = bitcast<vec4<u32>>(vec4(
+        lifted(leaf.landing.xyz, q, leaf.stack),
+        leaf.falls.detach_time + leaf.landing.w,
+    ));
     slots[2u * slot + 1u] = vec4(
-        pack2x16snorm(landing.orientation.xy),
-        pack2x16snorm(landing.orientation.zw),
-        held.entry + 1u,
-        0u,
+        pack2x16snorm(vec2(q.x, min(q.y, -1.0 / 32767.0))),
+        pack2x16snorm(q.zw),
+        colors,
     );
 }
 
@@ -148,27 +208,14 @@ fn in_view(position: vec3<f32>, radius: f32) -> bool {
     return true;
 }
 
-var<workgroup> workgroup_count: atomic<u32>;
-var<workgroup> workgroup_first: u32;
-var<workgroup> workgroup_tally: array<atomic<u32>, 4>;
-
-// What is constant for the leaf of an entry that `slot` holds.
-fn leaf_constants(stream: Stream, entry: u32, slot: u32) -> LeafConstants {
+// What is constant for the leaf of an entry, but for its landing.
+fn leaf_constants(stream: Stream, entry: u32) -> LeafConstants {
     let leaf = list_entry(stream, entry);
     let record = leaves[stream.leaf_first + leaf];
-    let how = slots[2u * slot + 1u];
     var out: LeafConstants;
     out.falls = leaf_fall(stream, leaf, record);
-    out.landing = bitcast<vec4<f32>>(slots[2u * slot]);
-    out.lying = normalize(vec4(unpack2x16snorm(how.x), unpack2x16snorm(how.y)));
     out.scale = record.scale * stream.scale;
     out.stack = stack_height(out.scale, stream.thickness, out.falls.seed);
-    out.vanish_time = 1e30;
-    let next = entry + stream.keep;
-    if next < stream.list_count && fall.time - out.falls.detach_time >= out.landing.w {
-        let rank = leaves[stream.leaf_first + list_entry(stream, next)].rank;
-        out.vanish_time = detach_of(stream, rank);
-    }
     let from_center = (record.center - models[stream.model].crown_center) / models[stream.model].crown_extent;
     out.ripe = ripeness(stream.season_offset, from_center.y);
     let bent = from_octahedral(unpack4x8snorm(record.look).zw);
@@ -182,63 +229,189 @@ fn leaf_constants(stream: Stream, entry: u32, slot: u32) -> LeafConstants {
         | (pack4x8unorm(vec4(0.0, ambient, 0.0, 0.0)) & 0xff00u)
         | (pack4x8snorm(vec4(0.0, 0.0, octahedral(turned))) & 0xffff0000u);
     out.model = stream.model;
+    out.vanish_time = 1e30;
     return out;
 }
 
-// Poses the leaves and gathers those in view for drawing.
-@compute @workgroup_size(64)
-fn pose(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let held = held_by(id.x, group.x * 64u);
-    var out: LooseLeaf;
-    var seen = false;
-    var in_air = false;
-    var bin = 0u;
-    var bin_first = 0u;
-    if held.held {
-        let stream = streams[held.stream];
-        bin = stream.bin;
-        bin_first = stream.bin_first;
-        let constants = leaf_constants(stream, held.entry, id.x);
-        out = loose_leaf(constants);
-        in_air = fall.time - constants.falls.detach_time < constants.landing.w;
-        seen = in_view(out.position, stream.radius * out.scale);
+// When the leaf of an entry has to be gone: another takes its slot.
+fn vanish_time(stream: Stream, entry: u32) -> f32 {
+    let next = entry + stream.keep;
+    if next >= stream.list_count {
+        return 1e30;
     }
-    if local == 0u {
-        atomicStore(&workgroup_count, 0u);
-        for (var i = 0u; i < 4u; i++) {
-            atomicStore(&workgroup_tally[i], 0u);
+    return detach_of(stream, leaves[stream.leaf_first + list_entry(stream, next)].rank);
+}
+
+// A leaf that leaves its twig, settles, has landed since the last frame, or vanishes: all that is seldom.
+fn changing_leaf(stream_index: u32, slot: u32, entry: u32, gusts: vec4<f32>) -> LooseLeaf {
+    let stream = streams[stream_index];
+    var leaf = leaf_constants(stream, entry);
+    var lies = (slots[2u * slot + 1u].x & SIGN) != 0u;
+    leaf.landing.w = bitcast<f32>(slots[2u * slot + 1u].x);
+    if !lies && (!in_the_air(leaf) || fall.recolor == 1u) {
+        fill(slot, leaf);
+        lies = !in_the_air(leaf);
+    }
+    if lies {
+        slots[2u * slot + 1u].z = packed_colors(leaf).x;
+        var out = lying_leaf(bitcast<vec4<f32>>(slots[2u * slot]), slots[2u * slot + 1u]);
+        out.scale *= vanishing(vanish_time(stream, entry));
+        return out;
+    }
+    let settles = fall.time - leaf.falls.detach_time > leaf.landing.w - settle_time(leaf.landing.w);
+    let a = bitcast<vec4<f32>>(slots[2u * slot]);
+    let b = slots[2u * slot + 1u];
+    let variant = variant_of(b.y, a.xyz);
+    let flight = flight_of(variant.flight);
+    if !settles && fall.paper_variation == 0u && !near_twig(flight, variant, fall.time - a.w) {
+        return flying_leaf(a, b, flight, variant, gusts); // it has only another colour
+    }
+    if settles {
+        lie_down(&leaf);
+    }
+    return loose_leaf(leaf);
+}
+
+// Until a leaf has its path's orientation, and the twig's motion has gone out of it.
+fn near_twig(flight: Flight, variant: Variant, elapsed: f32) -> bool {
+    return path_time(variant, elapsed) * flight.rate < f32(flight.soft)
+        || (frame.sway > 0.0 && elapsed < LETTING_GO);
+}
+
+fn slot_size(b: vec4<u32>) -> f32 {
+    return unpack2x16float((b.w >> 24u) | ((b.z >> 24u) << 8u)).x;
+}
+
+fn shaded(color: vec3<f32>) -> u32 {
+    return pack4x8unorm(vec4(color, AMBIENT_IN_AIR));
+}
+
+fn lying_leaf(a: vec4<f32>, b: vec4<u32>) -> LooseLeaf {
+    var color = unpack4x8unorm(b.z).rgb * sqrt(withering(fall.time - a.w));
+    if fall.show == SHOW_LAPS {
+        color = sqrt(LANDED_COLOR * 0.5);
+    }
+    return LooseLeaf(a.xyz, slot_size(b), b.x, b.y, shaded(color), b.w | 0xff000000u);
+}
+
+// A leaf on its path, neither near its twig nor near the ground.
+fn flying_leaf(a: vec4<f32>, b: vec4<u32>, flight: Flight, variant: Variant, gusts: vec4<f32>) -> LooseLeaf {
+    let elapsed = fall.time - a.w;
+    let free = way(flight, variant, elapsed);
+    let blown = wind_since(elapsed, gusts);
+    var color = shaded(unpack4x8unorm(b.z).rgb);
+    if fall.show == SHOW_LAPS {
+        color = shaded(sqrt(lap_color(free.lap) * 0.5));
+    }
+    return LooseLeaf(
+        a.xyz + free.displacement + vec3(blown.x, 0.0, blown.y),
+        slot_size(b),
+        pack2x16snorm(free.orientation.xy),
+        pack2x16snorm(free.orientation.zw),
+        color,
+        b.w | 0xff000000u,
+    );
+}
+
+// How many leaves are held, and how many of them are drawn: in the air in the lower half of the word,
+// on the ground in the upper.
+var<workgroup> held_count: atomic<u32>;
+var<workgroup> seen_count: atomic<u32>;
+var<workgroup> seen_first: u32;
+
+// Where the changing leaves are listed, four a vector: workgroup and thread of `pose` that met them.
+fn changing_at(i: u32) -> u32 {
+    return 2u * fall.slot_count + 4u * fall.stream_count + i / 4u;
+}
+
+// How many entries the leaf in local slot `at` is behind the last that detached.
+fn entries_back(window: Window, at: u32) -> u32 {
+    return window.newest - at + select(0u, window.keep, at > window.newest);
+}
+
+// Poses the leaves that fly and those that lie, and gathers those in view for drawing. Leaves that
+// change are listed for `change`: few at a time, and costlier.
+@compute @workgroup_size(64)
+fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let index = group.y * ROW + group.x;
+    if index >= fall.group_count {
+        return;
+    }
+    let window = window_of(lists[2u * index]);
+    let at = lists[2u * index + 1u] + local;
+    let back = entries_back(window, at);
+    let held = at < window.keep && back < window.detached;
+    let slot = window.slot_first + select(0u, at, held);
+    let a = bitcast<vec4<f32>>(slots[2u * slot]);
+    let b = slots[2u * slot + 1u];
+    let lies = (b.x & SIGN) != 0u;
+    let elapsed = fall.time - a.w;
+    let landing = bitcast<f32>(b.x);
+    let vanishes = window.detached - 1u - back + window.keep < window.soon;
+    var changes = held && (fall.recolor == 1u || vanishes || (!lies && elapsed > landing - settle_time(landing)));
+    var out: LooseLeaf;
+    if lies {
+        out = lying_leaf(a, b);
+    } else {
+        let variant = variant_of(b.y, a.xyz);
+        let flight = flight_of(variant.flight);
+        // The paper's variation follows from the leaf's place on the twig, which slots do not hold.
+        let slow = fall.paper_variation == 1u || near_twig(flight, variant, elapsed);
+        changes = changes || (held && slow);
+        out = flying_leaf(a, b, flight, variant, window.gusts);
+    }
+    if changes {
+        let i = atomicAdd(&counters[5u * fall.bin_count + 9u], 1u);
+        slots[changing_at(i)][i % 4u] = index * 64u + local;
+        if i % 64u == 0u && i < 64u * ROW {
+            atomicAdd(&counters[5u * fall.bin_count + 8u], 1u);
         }
     }
-    workgroupBarrier();
-    if held.held {
-        atomicAdd(&workgroup_tally[select(2u, 0u, in_air)], 1u);
+    let in_air = !lies && elapsed < landing;
+    let seen = held && !changes && in_view(out.position, window.radius * out.scale);
+    if held {
+        atomicAdd(&held_count, select(0x10000u, 1u, in_air));
     }
     var place = 0u;
     if seen {
-        place = atomicAdd(&workgroup_count, 1u);
-        atomicAdd(&workgroup_tally[select(3u, 1u, in_air)], 1u);
-        // All leaves of a workgroup are of one draw: whoever is first asks for all of them.
-        if place == 0u {
-            workgroup_first = bin;
-        }
+        let before = atomicAdd(&seen_count, select(0x10000u, 1u, in_air));
+        place = (before & 0xffffu) + (before >> 16u);
     }
     workgroupBarrier();
-    if local < 4u {
-        let tally = atomicLoad(&workgroup_tally[local]);
-        if tally > 0u {
-            atomicAdd(&counters[5u * fall.bin_count + local], tally);
-        }
-    }
-    let count = atomicLoad(&workgroup_count);
-    if local == 0u && count > 0u {
-        workgroup_first = atomicAdd(&counters[5u * workgroup_first + 1u], count);
+    if local == 0u {
+        let counts = atomicLoad(&held_count);
+        let drawn_counts = atomicLoad(&seen_count);
+        let tally = 5u * fall.bin_count;
+        atomicAdd(&counters[tally], counts & 0xffffu);
+        atomicAdd(&counters[tally + 1u], drawn_counts & 0xffffu);
+        atomicAdd(&counters[tally + 2u], counts >> 16u);
+        atomicAdd(&counters[tally + 3u], drawn_counts >> 16u);
+        let count = (drawn_counts & 0xffffu) + (drawn_counts >> 16u);
+        seen_first = atomicAdd(&counters[5u * window.bin + 1u], count);
     }
     workgroupBarrier();
     if seen {
-        drawn[bin_first + workgroup_first + place] = out;
+        drawn[window.bin_first + seen_first + place] = out;
+    }
+}
+
+// Poses the listed leaves: those that leave their twigs, settle, have just landed, or vanish.
+@compute @workgroup_size(64)
+fn change(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = atomicLoad(&counters[5u * fall.bin_count + 9u]);
+    for (var i = id.x; i < count; i += 64u * ROW) {
+        let listed = slots[changing_at(i)][i % 4u];
+        let stream = lists[2u * (listed / 64u)];
+        let window = window_of(stream);
+        let at = lists[2u * (listed / 64u) + 1u] + listed % 64u;
+        let slot = window.slot_first + at;
+        let entry = window.detached - 1u - entries_back(window, at);
+        let out = changing_leaf(stream, slot, entry, window.gusts);
+        if in_view(out.position, window.radius * out.scale) {
+            let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
+            atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);
+            let place = atomicAdd(&counters[5u * window.bin + 1u], 1u);
+            drawn[window.bin_first + place] = out;
+        }
     }
 }

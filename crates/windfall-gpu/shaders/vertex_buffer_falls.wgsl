@@ -25,8 +25,8 @@ fn pose(in: Patch) -> VertexTexel {
     let i = pixel.y * 2048u + pixel.x - in.record.x;
     let leaf = leaf_of_texels(in.record.z + i / in.record.y);
     let corner = in.record.w + 2u * (i % in.record.y);
-    let position_u = table(corner);
-    let normal_v = table(corner + 1u);
+    let position_u = bitcast<vec4<f32>>(table(corner));
+    let normal_v = bitcast<vec4<f32>>(table(corner + 1u));
     let q = normalize(vec4(unpack2x16snorm(leaf.orientation_xy), unpack2x16snorm(leaf.orientation_zw)));
     let world = leaf.position + quat_rotate(q, position_u.xyz) * leaf.scale;
     let normal = octahedral(quat_rotate(q, normal_v.xyz));

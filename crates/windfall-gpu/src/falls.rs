@@ -2,20 +2,21 @@
 //!
 //! The leaves of one shape on one tree, in shed order, are a *stream*. At any time the detached ones
 //! are a prefix of it, and the last `keep` of those have a *slot* each: entry `j` is in slot
-//! `j % keep`. A slot caches where its leaf lands (32 bytes), and says which entry it was filled for;
-//! whatever the order in which moments are asked for, a slot that was filled for another entry is
-//! filled anew, so that any time gives the same picture as playing up to it.
+//! `j % keep`. A slot has all that the pose of its leaf needs while it flies, or while it lies (32 bytes):
+//! when the leaf will land is searched for once. Slots of leaves that detach are filled as they do; where
+//! time runs backwards all are filled anew, so that any time gives the same picture as playing up to it.
 
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use crate::strategy::{Elimination, Strategy};
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};
-use glam::{Quat, Vec2, Vec3, Vec4};
+use glam::{Quat, UVec4, Vec2, Vec3, Vec4};
 use half::f16;
+use std::sync::atomic::{AtomicU64, Ordering};
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Frustum};
-use windfall_core::path::{FallSettings, PathSet, Variation};
+use windfall_core::path::{FallSettings, Flight, PathSet, PathTables, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
@@ -24,7 +25,7 @@ use windfall_core::wind::Wind;
 pub(crate) const GROUP: u32 = 64;
 
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
-pub(crate) const TALLIES: usize = 8;
+pub(crate) const TALLIES: usize = 10;
 
 /// Distance from the camera within which leaves in the air cast shadows, metres.
 const LOOSE_SHADOWS: f32 = 60.0;
@@ -46,7 +47,7 @@ pub struct Falls {
     /// Start and end of falls.
     pub settings: FallSettings,
     /// Most leaves in the air and on the ground together: where there are more, those that have
-    /// lain longest vanish. 64 bytes of device memory each. Default 1,000,000.
+    /// lain longest vanish. 68 bytes of device memory each. Default 1,000,000.
     pub capacity: u32,
     /// Where poses are computed.
     pub strategy: Strategy,
@@ -110,11 +111,11 @@ impl ShapeVertex {
     }
 
     /// As two vectors of a table: place and `u`, normal and `v`, as precise as the vertex itself.
-    pub fn texels(&self) -> [Vec4; 2] {
+    pub fn texels(&self) -> [UVec4; 2] {
         let [x, y, z, _] = self.position.map(f16::to_f32);
         let [u, v] = self.uv.map(f16::to_f32);
         let [nx, ny, nz, _] = self.normal.map(|n| f32::from(n) / 127.0);
-        [Vec4::new(x, y, z, u), Vec4::new(nx, ny, nz, v)]
+        [words(Vec4::new(x, y, z, u)), words(Vec4::new(nx, ny, nz, v))]
     }
 }
 
@@ -153,16 +154,18 @@ impl Bin {
 /// The falling and fallen leaves of a forest on the GPU.
 pub(crate) struct GpuFalls {
     pub bins: Vec<Bin>,
-    pub slot_count: u32,
     pub stream_count: u32,
     pub uniform: wgpu::Buffer,
     pub drawn: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
-    /// Indirect arguments of the search for landings.
+    /// Indirect arguments of the search for landings, and of the poses of leaves that change.
     pub landings: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
     pub frame: FallFrame,
+    pub group_count: u32,
+    /// Time and season that the slots are of, as bits: NaN at first.
+    moment: AtomicU64,
 }
 
 impl GpuFalls {
@@ -180,6 +183,7 @@ impl GpuFalls {
         frame.stream_count = plan.streams.len() as u32;
         frame.slot_count = plan.slot_count;
         frame.bin_count = plan.bins.len() as u32;
+        frame.group_count = plan.groups.len() as u32;
 
         // A binding may not be smaller than one element; the largest, `Model`, has 176 bytes.
         let storage = |label, contents: &[u8]| {
@@ -212,7 +216,7 @@ impl GpuFalls {
                 | wgpu::BufferUsages::COPY_DST
                 | wgpu::BufferUsages::COPY_SRC,
         );
-        let mut list = plan.hints;
+        let mut list = plan.groups.concat();
         list.extend_from_slice(&records.shed_lists);
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("fall"),
@@ -229,7 +233,7 @@ impl GpuFalls {
             &storage("models", bytemuck::cast_slice(models)),
             &empty(
                 "leaf slots",
-                slots * 32 + plan.streams.len() as u64 * 16,
+                slots * 36 + plan.streams.len() as u64 * 64 + 16,
                 wgpu::BufferUsages::empty(),
             ),
             &drawn,
@@ -255,42 +259,59 @@ impl GpuFalls {
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
-            .chain([0, 0, 0, 0, 0, 0, 1, 0])
+            .chain([0, 0, 0, 0, 0, 0, 1, 0, 0, 0])
             .collect();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
             contents: bytemuck::cast_slice(&arguments),
             usage: wgpu::BufferUsages::COPY_SRC,
         });
-        // Groups as counted by the shader, 1, 1.
+        // Groups as counted by the shader, 1, 1; twice.
         let landings = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("landings to find"),
-            contents: bytemuck::cast_slice(&[0u32, 1, 1]),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1]),
             usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
         });
         Self {
             landings,
             bins,
-            slot_count: plan.slot_count,
             stream_count: plan.streams.len() as u32,
             uniform,
             drawn,
             counters,
             arguments,
             bind_group,
+            group_count: frame.group_count,
             frame,
+            moment: AtomicU64::new(u64::MAX),
         }
     }
 
-    /// Where the number of workgroups that `land` needs is counted, bytes.
-    pub fn landings_offset(&self) -> u64 {
-        (5 * self.bins.len() as u64 + 5) * 4
+    /// Copies the number of workgroups that `land` needs to its indirect arguments.
+    pub fn count_landings(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.copy_count(encoder, 5, 0);
+    }
+
+    /// Copies the number of workgroups that `change` needs to its indirect arguments.
+    pub fn count_changes(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.copy_count(encoder, 8, 12);
+    }
+
+    fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, tally: u64, to: u64) {
+        let from = (5 * self.bins.len() as u64 + tally) * 4;
+        encoder.copy_buffer_to_buffer(&self.counters, from, &self.landings, to, 4);
     }
 
     /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
     /// view.
     pub fn frame(&self, frustum: &Frustum, view: &View, visible: u32, trees: u32) -> FallFrame {
+        let (time, season) = (view.time.to_bits(), view.season.to_bits());
+        let now = u64::from(time) << 32 | u64::from(season);
+        let before = self.moment.swap(now, Ordering::Relaxed);
+        let forward = view.time >= f32::from_bits((before >> 32) as u32);
         FallFrame {
+            restart: u32::from(!forward),
+            recolor: u32::from(forward && before as u32 != season),
             frustum: frustum.planes(),
             time: view.time,
             visible_count: visible,
@@ -368,15 +389,15 @@ pub(crate) struct PlannedBin {
 pub(crate) struct Plan {
     pub streams: Vec<Stream>,
     pub bins: Vec<PlannedBin>,
-    /// For each [`GROUP`] slots the stream of the first.
-    pub hints: Vec<u32>,
+    /// For each workgroup of [`GROUP`] slots its stream, and the first of them there.
+    pub groups: Vec<[u32; 2]>,
     pub slot_count: u32,
 }
 
 impl Plan {
     pub fn new(trees: &[Tree], records: &LeafRecords, forest: &Forest, falls: &Falls) -> Self {
         let mut plan =
-            Self { streams: Vec::new(), bins: Vec::new(), hints: Vec::new(), slot_count: 0 };
+            Self { streams: Vec::new(), bins: Vec::new(), groups: Vec::new(), slot_count: 0 };
         let leaves = |m: usize| trees[m].foliage.leaves.len() as u64;
         let total: u64 = forest.instances.iter().map(|i| leaves(i.model as usize)).sum();
         // Every stream keeps the same share of its leaves.
@@ -418,9 +439,11 @@ impl Plan {
                         padding0: 0,
                         padding1: 0,
                     });
+                    let stream = plan.streams.len() as u32 - 1;
+                    let firsts = (0..keep).step_by(GROUP as usize);
+                    plan.groups.extend(firsts.map(|first| [stream, first]));
                     plan.slot_count += keep;
                 }
-                plan.slot_count = plan.slot_count.next_multiple_of(GROUP);
                 if plan.slot_count > first {
                     plan.bins.push(PlannedBin {
                         model,
@@ -431,61 +454,24 @@ impl Plan {
                 }
             }
         }
-        let mut stream = 0;
-        for slot in (0..plan.slot_count).step_by(GROUP as usize) {
-            let ends = |s: &Stream| s.slot_first + s.keep;
-            while stream + 1 < plan.streams.len() && ends(&plan.streams[stream]) <= slot {
-                stream += 1;
-            }
-            plan.hints.push(stream as u32);
-        }
         plan
     }
 }
 
+pub(crate) fn words(v: Vec4) -> UVec4 {
+    UVec4::from_array(v.to_array().map(f32::to_bits))
+}
+
 /// Path tables and terrain as vectors (`shaders/shared/tables.wgsl`), and the frame's constants.
-pub(crate) fn tables(falls: &Falls, forest: &Forest, models: &[Model]) -> (Vec<Vec4>, FallFrame) {
-    let paths = falls.paths.tables();
+pub(crate) fn tables(falls: &Falls, forest: &Forest, models: &[Model]) -> (Vec<UVec4>, FallFrame) {
     let terrain = &forest.terrain;
     let mut frame = FallFrame::zeroed();
-    let mut out: Vec<Vec4> = Vec::new();
-    for sample in &paths.samples {
-        out.push(Vec3::from(sample.position).extend(sample.low));
-        out.push(Vec4::from(sample.orientation));
-    }
-    frame.joint_table = out.len() as u32;
-    for j in &paths.joints {
-        out.push(Vec3::from(j.lap).extend(0.0));
-        out.push(Vec4::new(j.from as f32, j.to as f32, j.blend_start as f32, j.tail as f32));
-        out.push(Vec4::new((j.half_turn >> 16) as f32, (j.half_turn & 0xffff) as f32, 0.0, 0.0));
-    }
-    frame.record_table = out.len() as u32;
-    for p in &paths.paths {
-        let [a, b, c, d, e] =
-            [p.first_sample, p.first_start, p.start_count, p.first_joint, p.joint_count]
-                .map(|n| n as f32);
-        out.push(Vec4::new(a, b, c, d));
-        out.push(Vec4::new(e, p.rate, p.fastest_down, p.fastest_along));
-    }
-    let mut scalars = |values: &mut dyn Iterator<Item = f32>| {
-        let first = out.len() as u32;
-        let values: Vec<f32> = values.collect();
-        out.extend(values.chunks(4).map(|c| {
-            let mut v = [0.0; 4];
-            v[..c.len()].copy_from_slice(c);
-            Vec4::from(v)
-        }));
-        first
-    };
-    frame.start_table = scalars(&mut paths.starts.iter().map(|&s| s as f32));
-    frame.ground_table = scalars(&mut terrain.heights().iter().copied());
-    frame.group_table = out.len() as u32;
-    out.extend(paths.groups.iter().map(|g| Vec4::new(g[0] as f32, g[1] as f32, 0.0, 0.0)));
-
+    let mut out = flights(falls, &mut frame);
+    frame.ground_table = push_scalars(&mut out, terrain.heights());
     frame.model_table = out.len() as u32;
     for model in models {
-        out.push(Vec4::new(model.palette_count as f32, model.palette_spread, 0.0, 0.0));
-        out.extend(model.palette);
+        out.push(UVec4::new(model.palette_count, model.palette_spread.to_bits(), 0, 0));
+        out.extend(model.palette.map(words));
     }
 
     for (gust, into) in falls.wind.gusts.iter().zip(&mut frame.gusts) {
@@ -520,10 +506,84 @@ pub(crate) fn tables(falls: &Falls, forest: &Forest, models: &[Model]) -> (Vec<V
     (out, frame)
 }
 
+/// Four numbers a vector; returns where they begin.
+fn push_scalars(out: &mut Vec<UVec4>, values: &[f32]) -> u32 {
+    let first = out.len() as u32;
+    out.extend(values.chunks(4).map(|c| {
+        let mut v = [0.0; 4];
+        v[..c.len()].copy_from_slice(c);
+        words(Vec4::from(v))
+    }));
+    first
+}
+
+/// Samples, their lows, flights and groups (`shaders/shared/tables.wgsl`).
+fn flights(falls: &Falls, frame: &mut FallFrame) -> Vec<UVec4> {
+    let paths = falls.paths.tables();
+    frame.path_grain = paths.grain;
+    let mut out: Vec<UVec4> = Vec::new();
+    let mut lows: Vec<f32> = Vec::new();
+    let mut first_sample = vec![0; paths.joints.len()];
+    for path in &paths.paths {
+        for j in path.first_joint..path.first_joint + path.joint_count {
+            let joint = &paths.joints[j as usize];
+            let from = Vec3::from(paths.samples[PathTables::index(path, joint, joint.to)].position);
+            first_sample[j as usize] = out.len() as u32;
+            for i in 0..joint.from + 2 {
+                let sample = &paths.samples[PathTables::index(path, joint, i)];
+                let at = Vec3::from(sample.position) - from;
+                let [x, y, z] = at.to_array().map(|v| (v / paths.grain).round() as i32 as u32);
+                let [xy, zw] = pack_rotation(Quat::from_array(sample.orientation));
+                out.push(UVec4::new(x << 11 | (y >> 11 & 0x7ff), z << 11 | (y & 0x7ff), xy, zw));
+                lows.push(sample.low - from.y);
+            }
+        }
+    }
+    frame.low_table = push_scalars(&mut out, &lows);
+    frame.flight_table = out.len() as u32;
+    for flight in &paths.flights {
+        let path = &paths.paths[flight.path as usize];
+        let joint = &paths.joints[flight.joint as usize];
+        let sample = |i| &paths.samples[PathTables::index(path, joint, i)];
+        let [begin, to] = [flight.start, joint.to].map(|i| Vec3::from(sample(i).position));
+        // A turn of which the sine is 0 would be divided by: next to it is near enough.
+        let h = joint.half_turn + u32::from(joint.half_turn << 1 == 0);
+        let (s, c) = (f64::from(h) * std::f64::consts::TAU / 4_294_967_296.0).sin_cos();
+        let [x, y, z] = joint.lap.map(f64::from);
+        let lap = [(x * c - z * s) / s, y, (z * c + x * s) / s].map(|v| v as f32);
+        let first = first_sample[flight.joint as usize];
+        let soft = soft_samples(paths, flight, &falls.settings).min(NEVER_SOFT_LEFT);
+        out.push(UVec4::new(first, flight.start | soft << 20, joint.from, joint.to));
+        out.push(words(Vec3::from(lap).extend(path.rate)));
+        out.push(UVec4 { w: h, ..words((to - begin).extend(0.0)) });
+        let lows = [sample(flight.start).low, sample(joint.from).low].map(|low| low - to.y);
+        out.push(words(Vec4::new(lows[0], lows[1], path.fastest_down, path.fastest_along)));
+    }
+    frame.group_table = out.len() as u32;
+    out.extend(paths.group_flights.iter().map(|g| UVec4::new(g.first, g.count, g.plain, 0)));
+    out
+}
+
+/// As many samples: a flight is taken to be near its twig for ever.
+const NEVER_SOFT_LEFT: u32 = 0xfff;
+
+/// Samples after which a flight has dropped far enough to have left the twig's orientation behind.
+fn soft_samples(paths: &PathTables, flight: &Flight, settings: &FallSettings) -> u32 {
+    let path = &paths.paths[flight.path as usize];
+    let joint = &paths.joints[flight.joint as usize];
+    let low = |i| paths.samples[PathTables::index(path, joint, i)].low;
+    let level = low(flight.start) - settings.soft_drop.max(0.0);
+    let samples = (flight.start..=joint.from).position(|i| low(i) <= level);
+    samples.map_or(NEVER_SOFT_LEFT, |n| n as u32)
+}
+
 pub(crate) fn pack_rotation(q: Quat) -> [u32; 2] {
-    let [x, y, z, w] =
-        q.to_array().map(|c| u32::from((c.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16));
+    let [x, y, z, w] = q.to_array().map(snorm16);
     [x | y << 16, z | w << 16]
+}
+
+fn snorm16(v: f32) -> u32 {
+    u32::from((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16)
 }
 
 pub(crate) fn snorm8(v: f32) -> u8 {

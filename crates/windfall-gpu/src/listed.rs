@@ -6,7 +6,7 @@ use crate::pass::ListedPasses;
 use crate::roster::{Roster, Tally};
 use crate::shared::{FallFrame, FallingLeaf, Model};
 use crate::strategy::Strategy;
-use glam::Vec4;
+use glam::UVec4;
 use wgpu::util::DeviceExt;
 use windfall_core::forest::Forest;
 use windfall_core::tree::Tree;
@@ -351,12 +351,12 @@ fn texture(
 fn table_view(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
-    mut table: Vec<Vec4>,
+    mut table: Vec<UVec4>,
 ) -> wgpu::TextureView {
-    table.resize(table.len().max(1).next_multiple_of(TABLE_WIDTH as usize), Vec4::ZERO);
+    table.resize(table.len().max(1).next_multiple_of(TABLE_WIDTH as usize), UVec4::ZERO);
     let rows = table.len() as u32 / TABLE_WIDTH;
     let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;
-    let texture = texture(device, "path tables", PLACE, TABLE_WIDTH, rows, usage);
+    let texture = texture(device, "path tables", WORDS, TABLE_WIDTH, rows, usage);
     queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&table),

@@ -456,17 +456,16 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.find(&mut pass, falls);
             drop(pass);
-            scope.recorder.copy_buffer_to_buffer(
-                &falls.counters,
-                falls.landings_offset(),
-                &falls.landings,
-                0,
-                4,
-            );
+            falls.count_landings(scope.recorder);
             let mut pass = scope.scoped_compute_pass("falls");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.land(&mut pass.scope("land"), falls);
             self.falls.pose(&mut pass.scope("pose"), falls);
+            drop(pass);
+            falls.count_changes(scope.recorder);
+            let mut pass = scope.scoped_compute_pass("change");
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            self.falls.change(&mut pass, falls);
         }
         for i in 0..views - 1 {
             let mut pass = scope.scoped_render_pass(

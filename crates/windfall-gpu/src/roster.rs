@@ -9,7 +9,8 @@ use crate::arena::Arena;
 use crate::falls::{Falls, LeafRecords, Plan, octahedral, pack_rotation, snorm8};
 use crate::shared::{FallingLeaf, LeafRecord, LitterLeaf, Model, Stream};
 use crate::strategy::Elimination;
-use glam::{Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3, Vec3Swizzles};
+use half::f16;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 use std::ops::Range;
@@ -247,12 +248,15 @@ impl Roster {
         let leaf_fall = LeafFall {
             origin: stream.position + turn(record.center) * stream.scale,
             twig_orientation: Quat::from_rotation_y(stream.sin_yaw.atan2(stream.cos_yaw)) * own,
+            tree: stream.position,
             seed: hash(stream.seed, leaf),
             group: stream.path_group,
             detach_time: f64::from(detach_time),
         };
         let landing = fall.landing(&leaf_fall);
         let scale = record.scale * stream.scale;
+        let stack = scale * stream.thickness + 0.002 + 0.012 * unit(hash(leaf_fall.seed, 13));
+        let wind = &self.falls.wind;
         let next = entry + stream.keep;
         let from_center = (record.center - model.crown_center) / model.crown_extent;
         let [material, ambient, bent_x, bent_y] = record.look.to_le_bytes();
@@ -264,8 +268,8 @@ impl Roster {
             origin: leaf_fall.origin,
             detach_time,
             landing: landing.position.extend(landing.time),
-            scale,
-            stack: scale * stream.thickness + 0.002 + 0.012 * unit(hash(leaf_fall.seed, 13)),
+            late: wind.travel.dot(stream.position.xz()) * wind.slowness,
+            model: stream.model as f32,
             vanish_time: if next < stream.list_count {
                 self.detach_time(stream, next)
             } else {
@@ -278,8 +282,9 @@ impl Roster {
             lying_zw,
             seed: leaf_fall.seed,
             look: u32::from_le_bytes([material, ambient, snorm8(bent.x), snorm8(bent.y)]),
-            path_group: stream.path_group,
-            model: stream.model,
+            variant: fall.variant(&leaf_fall).word,
+            scale_stack: u32::from(f16::from_f32(scale).to_bits())
+                | u32::from(f16::from_f32(stack).to_bits()) << 16,
         }
     }
 
@@ -369,9 +374,11 @@ fn litter_leaf(leaf: &FallingLeaf, model: &Model, season: f32) -> LitterLeaf {
     let color = (season_color(leaf, model, season) * 0.5).max(Vec3::ZERO).map(f32::sqrt);
     let [r, g, b] = color.to_array().map(unorm8);
     let [material, _, bent_x, bent_y] = leaf.look.to_le_bytes();
+    let [scale, stack] =
+        [leaf.scale_stack, leaf.scale_stack >> 16].map(|half| f16::from_bits(half as u16).to_f32());
     LitterLeaf {
-        position: leaf.landing.truncate() + up * leaf.stack,
-        scale: leaf.scale,
+        position: leaf.landing.truncate() + up * stack,
+        scale,
         orientation_xy: leaf.lying_xy,
         orientation_zw: leaf.lying_zw,
         color: u32::from_le_bytes([r, g, b, unorm8(0.9)]),

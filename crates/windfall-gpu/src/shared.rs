@@ -458,11 +458,17 @@ gpu_struct! {
         /// All trees of the instance buffer: in view or casting shadows.
         pub tree_count: u32,
         /// Where the tables' sections begin, in vectors.
-        pub joint_table: u32,
+        pub flight_table: u32,
         /// Where the tables' sections begin, in vectors.
-        pub record_table: u32,
-        /// Where the tables' sections begin, in vectors.
-        pub start_table: u32,
+        pub low_table: u32,
+        /// What displacements of samples are multiples of, metres.
+        pub path_grain: f32,
+        /// 1 where slots hold nothing of use: time has run backwards.
+        pub restart: u32,
+        /// 1 where the season has changed and leaves need other colours.
+        pub recolor: u32,
+        /// Workgroups of the pose pass.
+        pub group_count: u32,
         /// Where the tables' sections begin, in vectors.
         pub group_table: u32,
         /// Where the tables' sections begin, in vectors.
@@ -474,6 +480,8 @@ gpu_struct! {
         /// Distance from the camera within which a leaf may shade what is in view though it is not in
         /// view itself, metres; 0 without shadows.
         pub shadow_reach: f32,
+        /// Unused.
+        pub padding0: u32,
         /// Unused.
         pub padding1: u32,
     }
@@ -577,10 +585,10 @@ gpu_struct! {
         pub detach_time: f32,
         /// Where it lands, and seconds after the detachment.
         pub landing: Vec4,
-        /// Factor on the shape.
-        pub scale: f32,
-        /// Height over the ground at which it lies, metres.
-        pub stack: f32,
+        /// Seconds by which gusts come late at its tree.
+        pub late: f32,
+        /// Index of the tree model.
+        pub model: f32,
         /// When another leaf takes its place, seconds since the scene began.
         pub vanish_time: f32,
         /// How far it is ahead of the season.
@@ -598,10 +606,10 @@ gpu_struct! {
         /// Bytes from the lowest: material, ambient light on the twig (unorm), bent normal in the
         /// world in octahedral coordinates (two snorm).
         pub look: u32,
-        /// Group of paths.
-        pub path_group: u32,
-        /// Index of the tree model.
-        pub model: u32,
+        /// `windfall_core::path::Variant`, as one number.
+        pub variant: u32,
+        /// Factor on the shape, and height over the ground at which it lies, metres, as f16.
+        pub scale_stack: u32,
     }
 }
 

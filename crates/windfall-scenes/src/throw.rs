@@ -39,6 +39,7 @@ impl Stage {
             let landing = fall.landing(&LeafFall {
                 origin: instance.world_from_tree(leaf.center),
                 twig_orientation: instance.rotation() * leaf.orientation,
+                tree: instance.position,
                 seed: hash(instance.seed, index),
                 group: falls.groups.get(instance.model as usize).copied().unwrap_or(0),
                 detach_time: 0.0,

@@ -1,6 +1,8 @@
 //! `windfall bench falling`: what falling leaves cost (VB 6.3 and beyond).
 
 use super::bare::Bare;
+use super::plots::{self, Line};
+use super::soak::{self, Soak};
 use super::stand::Easel;
 use super::{Spread, line};
 use crate::gpu::Gpu;
@@ -8,7 +10,7 @@ use crate::render::parse_size;
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
@@ -49,6 +51,12 @@ pub struct Args {
     /// Most leaves of part c
     #[arg(long, value_name = "N", default_value_t = 1 << 22)]
     most: u32,
+    /// Frames of part d, continuous shedding; 0 leaves it out
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    soak: u32,
+    /// Write plots of parts a and c (SVG) to this folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -61,6 +69,7 @@ struct Report {
     strategies: Vec<StrategyRow>,
     many: Option<Many>,
     counts: Option<Counts>,
+    soak: Option<Soak>,
 }
 
 #[derive(Serialize)]
@@ -73,6 +82,8 @@ struct StrategyRow {
     /// Frames at the end over frames at the beginning, fifths of the run.
     drift: f64,
     listed: u64,
+    /// Milliseconds of each frame, wall clock.
+    frames_ms: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -80,6 +91,8 @@ struct Many {
     leaves: u64,
     copy_ms: Spread,
     pose_ms: Spread,
+    /// Of the leaves that leave their twigs, settle or vanish.
+    change_ms: Spread,
     pose_over_copy: f64,
     bare_draw_ms: Spread,
     frame_ms: Spread,
@@ -117,9 +130,47 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.parts.contains('c') {
         report.counts = Some(counts(args, &mut gpu, &easel)?);
     }
+    if args.soak > 0 {
+        report.soak = Some(soak::run(args.soak, &mut gpu)?);
+    }
+    if let Some(folder) = &args.plots {
+        plot(folder, args, &report)?;
+    }
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report)?;
         std::fs::write(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// VB's Figure 6 from part a, and the cost against the count from part c.
+fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+    let write = |name: &str, svg: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, svg).with_context(|| format!("{}", path.display()))
+    };
+    if !report.strategies.is_empty() {
+        let lines = report.strategies.iter().map(|row| Line {
+            name: row.name.clone(),
+            points: row
+                .frames_ms
+                .iter()
+                .enumerate()
+                .map(|(i, &ms)| (f64::from(args.start) + i as f64 / 30.0, ms))
+                .collect(),
+        });
+        let title = "Frame cost over the walk";
+        write("walk.svg", plots::lines(title, "s", "ms", &lines.collect::<Vec<_>>(), false)?)?;
+    }
+    if let Some(counts) = &report.counts {
+        let line = |name: &str, get: fn(&(u64, f64, f64)) -> f64| Line {
+            name: name.to_owned(),
+            points: counts.points.iter().map(|p| (p.0 as f64, get(p))).collect(),
+        };
+        let lines = [line("pose pass", |p| p.1), line("whole frame", |p| p.2)];
+        let title = "Cost against leaves in the air, logarithmic";
+        write("counts.svg", plots::lines(title, "leaves", "ms", &lines, true)?)?;
     }
     Ok(())
 }
@@ -241,6 +292,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
             ratio: Spread::of(&ratios),
             drift,
             listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            frames_ms: wall,
         };
         println!(
             "{:<38}{:>24}{:>24}{:>20}{:>8.2}{:>9}",
@@ -251,7 +303,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
     Ok(rows)
 }
 
-/// `count` leaves of one shape, all thrown within half a second before time 0 and so in the air.
+/// `count` leaves of one shape, thrown between four and two seconds before time 0: nearly all in the air.
 fn shower(count: u32) -> Stage {
     let of_tree = count.min(1 << 16);
     let trees = vec![Species::Beech.grow_with(3, of_tree)];
@@ -264,7 +316,7 @@ fn shower(count: u32) -> Stage {
         seed: 7,
     };
     let mut falls = Falls {
-        shedding: Shedding { start: -1.0, duration: 0.5, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
+        shedding: Shedding { start: -4.0, duration: 2.0, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
         capacity: count,
         ..Falls::default()
     };
@@ -290,8 +342,8 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     let count = stage.leaf_count() as u32;
     let clip = view.camera.clip_from_world(aspect);
     let bare = Bare::new(gpu, count, &stage.trees[0].foliage.shapes[0], bounds, clip, args.size);
-    let (mut copy, mut pose, mut draw, mut frame, mut rest) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut copy, mut pose, mut change) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut draw, mut frame, mut rest) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..WARM_UP + args.frames {
         let (copied, drawn) = bare.measure(gpu)?;
         let whole = easel.frame(gpu, &falling, &view)?;
@@ -300,22 +352,24 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
             copy.push(copied);
             draw.push(drawn);
             pose.push(whole.gpu.get("pose").copied().unwrap_or(f64::NAN));
+            change.push(whole.gpu.get("change").copied().unwrap_or(f64::NAN));
             frame.push(whole.wall);
             rest.push(bald.wall);
         }
     }
-    let [copy_ms, pose_ms, bare_draw_ms, frame_ms, frame_without_ms] =
-        [&copy, &pose, &draw, &frame, &rest].map(|v| Spread::of(v));
+    let [copy_ms, pose_ms, change_ms, bare_draw_ms, frame_ms, frame_without_ms] =
+        [&copy, &pose, &change, &draw, &frame, &rest].map(|v| Spread::of(v));
     let many = Many {
         leaves: u64::from(count),
-        pose_over_copy: pose_ms.median / copy_ms.median,
+        pose_over_copy: (pose_ms.median + change_ms.median) / copy_ms.median,
         leaves_over_bare_draw: (frame_ms.median - frame_without_ms.median) / bare_draw_ms.median,
         copy_ms,
         pose_ms,
+        change_ms,
         bare_draw_ms,
         frame_ms,
         frame_without_ms,
-        slot_bytes: 32,
+        slot_bytes: 36,
         draw_bytes: 32,
     };
     println!(
@@ -324,14 +378,15 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     );
     println!("copy of 32 bytes a leaf, wall clock      {}", many.copy_ms);
     println!(
-        "pose pass, GPU clock                     {}   {:.2} x copy",
+        "pose pass, GPU clock                     {}   with the next {:.2} x copy",
         many.pose_ms, many.pose_over_copy
     );
+    println!("pass of leaves that change, GPU clock    {}", many.change_ms);
     println!("bare instanced draw, wall clock          {}", many.bare_draw_ms);
     println!("whole frame, wall clock                  {}", many.frame_ms);
     println!("the same frame without those leaves      {}", many.frame_without_ms);
     println!("the leaves' part over the bare draw      {:.2}", many.leaves_over_bare_draw);
-    println!("memory a leaf: {} bytes of state, {} bytes to draw it", 32, 32);
+    println!("memory a leaf: 32 bytes of state, 4 to list it while it changes, 32 to draw it");
     Ok(many)
 }
 

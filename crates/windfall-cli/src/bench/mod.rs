@@ -3,7 +3,9 @@
 mod bare;
 mod falling;
 mod picture;
+mod plots;
 mod simplification;
+mod soak;
 mod stand;
 
 use serde::Serialize;

@@ -47,6 +47,7 @@ fn tree(leaves: u32, group: u32, seed: u32) -> Vec<LeafFall> {
             LeafFall {
                 origin: Vec3::new(p.x * 3.0, 5.0 + p.y * 2.0, p.z * 3.0),
                 twig_orientation: q * (1.0 / q.length().max(1e-3)),
+                tree: Vec3::ZERO,
                 seed: hash(seed, i),
                 group,
                 detach_time: 0.0,

@@ -18,6 +18,7 @@
 //! let leaf = LeafFall {
 //!     origin: Vec3::new(0.0, 12.0, 0.0),
 //!     twig_orientation: Quat::IDENTITY,
+//!     tree: Vec3::ZERO,
 //!     seed: 7,
 //!     group: paths.group("birch").unwrap_or(0),
 //!     detach_time: 3.0,
@@ -39,7 +40,9 @@ pub mod variation;
 pub use analysis::{Analysis, Gap, Joint};
 pub use landing::Landing;
 pub use playback::{Fall, FallSettings, LeafFall, LeafPose, Phase};
-pub use tables::{JointRecord, PathRecord, PathSet, PathTables, Sample};
+pub use tables::{
+    Flight, GroupFlights, JointRecord, MAX_FLIGHTS, PathRecord, PathSet, PathTables, Sample,
+};
 pub use variation::{Hashed, Variant, Variation};
 
 use crate::error::{InputError, InputErrorKind};

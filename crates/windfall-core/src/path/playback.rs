@@ -13,6 +13,8 @@ pub struct LeafFall {
     pub origin: Vec3,
     /// Unit rotation from the leaf's frame into the world's while it hangs.
     pub twig_orientation: Quat,
+    /// Foot of its tree, metres: the gusts that carry the leaf are those there.
+    pub tree: Vec3,
     /// What [`Variation::Hashed`] draws from: a hash of instance and leaf.
     pub seed: u32,
     /// Group of paths ([`PathSet::group`]) that it falls by.
@@ -160,7 +162,7 @@ impl<'a> Fall<'a> {
     pub fn airborne(&self, leaf: &LeafFall, variant: &Variant, elapsed: f32) -> LeafPose {
         let free = self.free(variant, elapsed);
         let blown = self.wind.displacement(
-            leaf.origin,
+            leaf.tree,
             leaf.detach_time,
             elapsed,
             self.settings.wind_response,
@@ -256,7 +258,7 @@ impl<'a> Fall<'a> {
         FreePose {
             displacement: yaw * d,
             orientation: yaw * turn * point.orientation,
-            first: yaw * Quat::from_array(start.orientation),
+            first: yaw * Quat::from_array(start.orientation).normalize(),
             drop,
             lap: k,
         }

@@ -63,10 +63,35 @@ pub struct JointRecord {
     pub tail: u32,
 }
 
+/// A way to fall: a path, the joint that it laps by, and where it begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Flight {
+    /// Index into [`PathTables::paths`].
+    pub path: u32,
+    /// Index into [`PathTables::joints`].
+    pub joint: u32,
+    /// Sample at which the fall begins.
+    pub start: u32,
+}
+
+/// The flights of a group: a range of [`PathTables::flights`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GroupFlights {
+    /// Index of the first.
+    pub first: u32,
+    /// How many, at least 1.
+    pub count: u32,
+    /// How many of the first path and its first joint, at least 1: they stand in front.
+    pub plain: u32,
+}
+
 /// Flat arrays of a [`PathSet`], ready for upload.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PathTables {
-    /// All samples.
+    /// What positions of samples are multiples of, metres: a power of two, so that a sample packed
+    /// into whole numbers of 21 bits is the same sample. 0: they are as the path has them.
+    pub grain: f32,
+    /// All samples: orientations are multiples of 1/32767.
     pub samples: Vec<Sample>,
     /// Starting points, as sample numbers of their path.
     pub starts: Vec<u32>,
@@ -76,7 +101,15 @@ pub struct PathTables {
     pub paths: Vec<PathRecord>,
     /// For each group, index of its first path and number of paths.
     pub groups: Vec<[u32; 2]>,
+    /// The ways to fall, group by group: every joint of a path with every starting point, evenly
+    /// thinned out where a path's share of [`MAX_FLIGHTS`] is less.
+    pub flights: Vec<Flight>,
+    /// For each group its flights.
+    pub group_flights: Vec<GroupFlights>,
 }
+
+/// Most flights of a set, so that a number of 14 bits names one; and most paths.
+pub const MAX_FLIGHTS: u32 = 1 << 14;
 
 /// Position on the curve of one path, before any variation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,23 +125,24 @@ pub struct CurvePoint {
 impl PathTables {
     fn push(&mut self, path: &FallPath) {
         let first_sample = self.samples.len() as u32;
-        let heights: Vec<f32> = path.positions().iter().map(|p| p.y).collect();
+        let positions: Vec<Vec3> = path.positions().iter().map(|p| self.snapped(*p)).collect();
+        let heights: Vec<f32> = positions.iter().map(|p| p.y).collect();
         let mut low = 0.0f32;
-        for (i, (p, q)) in path.positions().iter().zip(path.orientations()).enumerate() {
+        for (i, (p, q)) in positions.iter().zip(path.orientations()).enumerate() {
             if i > 0 {
                 low = low.min(lowest(&heights, i - 1));
             }
-            let (position, orientation) = (p.to_array(), q.to_array());
+            let (position, orientation) = (p.to_array(), packable(*q));
             self.samples.push(Sample { position, low, orientation });
         }
         let (first_start, first_joint) = (self.starts.len() as u32, self.joints.len() as u32);
         self.starts.extend_from_slice(&path.analysis().starts);
         for joint in &path.analysis().joints {
             let tail = self.samples.len() as u32;
-            self.push_tail(path, first_sample, joint);
+            self.push_tail(path, &positions, first_sample, joint);
             let (from, to) = (joint.from as usize, joint.to as usize);
             self.joints.push(JointRecord {
-                lap: (path.positions()[from] - path.positions()[to]).to_array(),
+                lap: (positions[from] - positions[to]).to_array(),
                 half_turn: joint.half_turn,
                 from: joint.from,
                 to: joint.to,
@@ -147,14 +181,53 @@ impl PathTables {
         });
     }
 
+    /// The smallest grain for which twice these displacements are below 2²⁰ grains.
+    fn set_grain(&mut self, paths: &[FallPath]) {
+        let sizes = paths.iter().flat_map(FallPath::positions).map(|p| p.abs().max_element());
+        let largest = sizes.fold(1e-3, f32::max);
+        self.grain = (2.0 * largest / ((1 << 20) - 2) as f32).log2().ceil().exp2();
+    }
+
+    fn snapped(&self, p: Vec3) -> Vec3 {
+        if self.grain > 0.0 { (p / self.grain).round() * self.grain } else { p }
+    }
+
+    fn list_flights(&mut self) {
+        let most = MAX_FLIGHTS / self.paths.len() as u32;
+        for &[first_path, count] in &self.groups {
+            let first = self.flights.len() as u32;
+            let mut plain = 0;
+            for path in first_path..first_path + count {
+                let record = &self.paths[path as usize];
+                let all = record.joint_count * record.start_count;
+                let kept = all.min(most);
+                for i in (0..kept).map(|i| (u64::from(i) * u64::from(all) / u64::from(kept)) as u32)
+                {
+                    let joint = record.first_joint + i / record.start_count;
+                    let start = self.starts[(record.first_start + i % record.start_count) as usize];
+                    self.flights.push(Flight { path, joint, start });
+                    plain += u32::from(path == first_path && joint == record.first_joint);
+                }
+            }
+            let count = self.flights.len() as u32 - first;
+            self.group_flights.push(GroupFlights { first, count, plain });
+        }
+    }
+
     /// The samples `from - blend ..= from + 1` on the way into a joint.
     ///
     /// They fade from the path's own into those that lead to `to`, turned by the joint and shifted so
     /// that the two meet at `from`: the lap's displacement stays `path[from] - path[to]`. The last
     /// three are entirely the continuation's, so that the cubic through them has the same velocity
     /// and angular velocity on both sides of the jump.
-    fn push_tail(&mut self, path: &FallPath, first_sample: u32, joint: &analysis::Joint) {
-        let (positions, orientations) = (path.positions(), path.orientations());
+    fn push_tail(
+        &mut self,
+        path: &FallPath,
+        positions: &[Vec3],
+        first_sample: u32,
+        joint: &analysis::Joint,
+    ) {
+        let orientations = path.orientations();
         let (from, to, blend) = (joint.from as usize, joint.to as usize, joint.blend as usize);
         let turn = joint.rotation();
         let offset = positions[from] - turn * positions[to];
@@ -165,7 +238,7 @@ impl PathTables {
             let w = if i + 1 >= from { 1.0 } else { x * x * (3.0 - 2.0 * x) };
             let c = to + i - from; // at least 0: blend <= to
             let own = i.min(positions.len() - 1);
-            let position = positions[own].lerp(offset + turn * positions[c], w);
+            let position = self.snapped(positions[own].lerp(offset + turn * positions[c], w));
             let mut orientation = orientations[own].slerp(turn * orientations[c], w).normalize();
             if orientation.dot(previous) < 0.0 {
                 orientation = -orientation;
@@ -174,7 +247,7 @@ impl PathTables {
             self.samples.push(Sample {
                 position: position.to_array(),
                 low: 0.0,
-                orientation: orientation.to_array(),
+                orientation: packable(orientation),
             });
         }
         // Heights as this fall reads them: two samples of the path, then the tail.
@@ -233,6 +306,11 @@ impl PathTables {
         let spin = (dq * q.conjugate()).xyz() * (2.0 / q.length_squared().max(1e-6));
         (v, spin)
     }
+}
+
+/// A rotation as multiples of 1/32767.
+fn packable(q: Quat) -> [f32; 4] {
+    q.to_array().map(|c| (c * 32767.0).round() / 32767.0)
 }
 
 /// Weighted sums of four samples: displacement from the second, and quaternion.
@@ -311,7 +389,7 @@ impl PathSet {
     ///
     /// # Errors
     ///
-    /// If there are no paths.
+    /// If there are no paths, or more than [`MAX_FLIGHTS`].
     pub fn new(paths: Vec<FallPath>) -> Result<Self, InputError> {
         let mut groups: Vec<String> = Vec::new();
         let mut members: Vec<Vec<FallPath>> = Vec::new();
@@ -327,6 +405,11 @@ impl PathSet {
             let cause = "a path set needs at least one path";
             return Err(InputError::new("path set", "", InputErrorKind::Empty, cause));
         }
+        let count: usize = members.iter().map(Vec::len).sum();
+        if count > MAX_FLIGHTS as usize {
+            let cause = format!("{count} paths; the limit is {MAX_FLIGHTS}");
+            return Err(InputError::new("path set", "", InputErrorKind::OutOfRange, cause));
+        }
         let mut tables = PathTables::default();
         let mut first = 0;
         for group in &members {
@@ -334,9 +417,11 @@ impl PathSet {
             first += group.len() as u32;
         }
         let sorted: Vec<FallPath> = members.into_iter().flatten().collect();
+        tables.set_grain(&sorted);
         for path in &sorted {
             tables.push(path);
         }
+        tables.list_flights();
         Ok(Self { paths: sorted, groups, tables })
     }
 

@@ -3,6 +3,7 @@
 use super::{LeafFall, PathSet};
 use crate::rng::{hash, unit};
 use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
 use std::ops::Range;
 
 /// How falls on the same paths differ.
@@ -25,8 +26,8 @@ impl Default for Variation {
     }
 }
 
-/// Bounds of [`Variation::Hashed`]. The turn about Y is uniform over the circle; path, starting point
-/// and joint are uniform among those of the leaf's group.
+/// Bounds of [`Variation::Hashed`]. The turn about Y is one of 256 over the circle, scale and rate one
+/// of 32 each; the flight (path, starting point and joint) is uniform among those of the leaf's group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hashed {
     /// Factor on horizontal displacements. Safe: `0.7..1.3`, the default.
@@ -56,16 +57,16 @@ pub struct Variant {
     pub scale: Vec2,
     /// Playback rate; 1 is as recorded.
     pub rate: f32,
+    /// All of it in one number: from the lowest bit 14 bits of the flight
+    /// ([`super::PathTables::flights`]), 8 of the turn, 5 of the scale, 5 of the rate. The paper's
+    /// variation has only the flight here; the rest follows from the leaf's place.
+    pub word: u32,
 }
 
 /// What a draw of a leaf's hash decides: its counter.
 mod draw {
-    pub const PATH: u32 = 1;
-    pub const JOINT: u32 = 2;
-    pub const START: u32 = 3;
-    pub const YAW: u32 = 4;
-    pub const SCALE: u32 = 5;
-    pub const RATE: u32 = 6;
+    pub const FLIGHT: u32 = 1;
+    pub const REST: u32 = 2;
     pub const HEADING: u32 = 7;
 }
 
@@ -83,36 +84,41 @@ impl Variation {
     /// The variant of a leaf. A `group` that does not exist is taken as the first.
     pub fn of(&self, leaf: &LeafFall, paths: &PathSet) -> Variant {
         let tables = paths.tables();
-        let [first, count] = tables.groups.get(leaf.group as usize).copied().unwrap_or([0, 1]);
-        let u = |draw: u32| unit(hash(leaf.seed, draw));
+        let flights = tables.group_flights.get(leaf.group as usize);
+        let flights = flights.unwrap_or(&tables.group_flights[0]);
         match self {
             Self::Paper => {
                 let Vec3 { x, y, z } = leaf.origin;
-                let path = &tables.paths[first as usize];
-                let starts = (path.start_count.max(2) - 1) as f32;
-                let start =
-                    pick(glsl_mod(y * x * 37.0, starts) / starts, path.start_count.max(2) - 1);
+                let starts = (flights.plain.max(2) - 1) as f32;
+                let start = pick(glsl_mod(y * x * 37.0, starts) / starts, flights.plain.max(2) - 1);
+                let word = flights.first + start.min(flights.plain - 1);
+                let flight = tables.flights[word as usize];
                 Variant {
-                    path: first,
-                    joint: path.first_joint,
-                    start: tables.starts[(path.first_start + start) as usize],
+                    path: flight.path,
+                    joint: flight.joint,
+                    start: flight.start,
                     yaw: glsl_mod(x * y * z * 37.0, 360.0).to_radians(),
                     scale: Vec2::new(glsl_mod(z * y, 3.0), glsl_mod(x * y, 3.0)),
                     rate: 1.0,
+                    word,
                 }
             }
             Self::Hashed(bounds) => {
-                let index = first + pick(u(draw::PATH), count);
-                let path = &tables.paths[index as usize];
-                let start = pick(u(draw::START), path.start_count);
-                let between = |r: &Range<f32>, u: f32| r.start + (r.end - r.start) * u;
+                let u = unit(hash(leaf.seed, draw::FLIGHT));
+                let index = flights.first + pick(u, flights.count);
+                let flight = tables.flights[index as usize];
+                let word = index | hash(leaf.seed, draw::REST) << 14;
+                let step = |low: u32, r: &Range<f32>| {
+                    r.start + (r.end - r.start) * ((word >> low & 31) as f32 + 0.5) / 32.0
+                };
                 Variant {
-                    path: index,
-                    joint: path.first_joint + pick(u(draw::JOINT), path.joint_count),
-                    start: tables.starts[(path.first_start + start) as usize],
-                    yaw: u(draw::YAW) * std::f32::consts::TAU,
-                    scale: Vec2::splat(between(&bounds.scale, u(draw::SCALE))),
-                    rate: between(&bounds.rate, u(draw::RATE)),
+                    path: flight.path,
+                    joint: flight.joint,
+                    start: flight.start,
+                    yaw: (word >> 14 & 255) as f32 * (TAU / 256.0),
+                    scale: Vec2::splat(step(22, &bounds.scale)),
+                    rate: step(27, &bounds.rate),
+                    word,
                 }
             }
         }

@@ -27,6 +27,8 @@ const WITHERING: f32 = 240.0;
 const VANISHING: f32 = 6.0;
 // Seconds over which the twig's motion goes out of a leaf that has left it.
 const LETTING_GO: f32 = 1.5;
+// Share of the ambient light that reaches a leaf that has left its tree.
+const AMBIENT_IN_AIR: f32 = 0.9;
 // FallFrame.show: the picture; VB Figure 5, leaves by the lap of their path, those that lie in pink.
 const SHOW_LAPS: u32 = 1u;
 const LANDED_COLOR = vec3<f32>(1.0, 0.16, 0.42);
@@ -51,18 +53,28 @@ fn vanishing(vanish_time: f32) -> f32 {
     return clamp((vanish_time - fall.time) / VANISHING, 0.0, 1.0);
 }
 
+fn palette_color(i: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(table(i).rgb);
+}
+
 fn season_color(leaf: LeafConstants) -> vec3<f32> {
     let head = fall.model_table + 9u * leaf.model;
     let model = table(head); // colours of the palette, spread
-    let season = season_of(leaf.falls.seed, leaf.ripe, model.y);
+    let season = season_of(leaf.falls.seed, leaf.ripe, bitcast<f32>(model.y));
     var color = vec3(season.brightness);
-    let colors = u32(model.x);
+    let colors = model.x;
     if colors > 0u {
         let x = season.phase * f32(colors - 1u);
         let i = min(u32(x), colors - 2u);
-        color *= mix(table(head + 1u + i).rgb, table(head + 2u + i).rgb, x - f32(i));
+        color *= mix(palette_color(head + 1u + i), palette_color(head + 2u + i), x - f32(i));
     }
     return color;
+}
+
+// Above the ground by `lift`, for a leaf that lies or will lie in this orientation.
+fn lifted(position: vec3<f32>, lying: vec4<f32>, lift: f32) -> vec3<f32> {
+    let up = quat_rotate(lying, vec3(0.0, 1.0, 0.0));
+    return position + lift * select(-up, up, up.y >= 0.0);
 }
 
 fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
@@ -75,7 +87,8 @@ fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
     var bend = 1.0;
     var color = season_color(leaf);
     if elapsed < leaf.landing.w {
-        let pose = falling_pose(leaf.falls, variant_of(leaf.falls), leaf.landing.w, leaf.lying, elapsed);
+        let variant = variant_of(leaf.falls.variant, leaf.falls.origin);
+        let pose = falling_pose(leaf.falls, variant, leaf.landing.w, leaf.lying, elapsed);
         position = pose.position;
         orientation = pose.orientation;
         bend = pose.bend;
@@ -95,15 +108,11 @@ fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
             color = LANDED_COLOR;
         }
     }
-    if lift > 0.0 {
-        let up = quat_rotate(leaf.lying, vec3(0.0, 1.0, 0.0));
-        position += lift * select(-up, up, up.y >= 0.0);
-    }
-    out.position = position;
+    out.position = lifted(position, leaf.lying, lift);
     out.orientation_xy = pack2x16snorm(orientation.xy);
     out.orientation_zw = pack2x16snorm(orientation.zw);
     let ambient = unpack4x8unorm(leaf.look).y;
-    out.color = pack4x8unorm(vec4(sqrt(color * 0.5), mix(ambient, 0.9, bend)));
+    out.color = pack4x8unorm(vec4(sqrt(color * 0.5), mix(ambient, AMBIENT_IN_AIR, bend)));
     out.look = (leaf.look & 0xffu) | ((leaf.look >> 8u) & 0x00ffff00u)
         | (pack4x8unorm(vec4(0.0, 0.0, 0.0, bend)) & 0xff000000u);
     return out;

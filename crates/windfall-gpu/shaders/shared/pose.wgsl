@@ -1,8 +1,5 @@
 // Where a falling leaf is: the twin of windfall_core::path (playback, landing, variation), of
-// windfall_core::wind and of windfall_core::forest::Terrain. How tables are read differs between
-// strategies: path_sample, path_start, path_joint, path_record, path_group and ground_sample are
-// declared by the pass.
-
+// windfall_core::wind and of windfall_core::forest::Terrain.
 
 fn quat_mul(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
     return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
@@ -17,8 +14,18 @@ fn quat_rotate(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
     return v + q.w * t + cross(q.xyz, t);
 }
 
-fn quat_y(angle: f32) -> vec4<f32> {
-    return vec4(0.0, sin(angle * 0.5), 0.0, cos(angle * 0.5));
+// The product with a turn about Y, of which the sine and cosine of half the angle are given.
+fn quat_turn(half_angle: vec2<f32>, q: vec4<f32>) -> vec4<f32> {
+    let s = half_angle.x;
+    let c = half_angle.y;
+    return vec4(c * q.x + s * q.z, c * q.y + s * q.w, c * q.z - s * q.x, c * q.w - s * q.y);
+}
+
+// x and z turned about Y, of which the sine and cosine of half the angle are given.
+fn turn_along(half_angle: vec2<f32>, v: vec2<f32>) -> vec2<f32> {
+    let s = 2.0 * half_angle.x * half_angle.y;
+    let c = 1.0 - 2.0 * half_angle.x * half_angle.x;
+    return vec2(c * v.x + s * v.y, c * v.y - s * v.x);
 }
 
 // Spherical interpolation by the shorter way.
@@ -55,6 +62,11 @@ fn sin_cos_turns(turns: u32) -> vec2<f32> {
     return select(-turned, turned, (quarter & 2u) == 0u);
 }
 
+// A number of turns, whole ones dropped.
+fn fixed_turns(turns: f32) -> u32 {
+    return bitcast<u32>(i32((turns - floor(turns + 0.5)) * 4294967296.0));
+}
+
 // --- the ground ---------------------------------------------------------------------------------
 
 struct Ground {
@@ -88,34 +100,44 @@ fn ground_at(at_world: vec2<f32>) -> Ground {
 
 const WIND_PERIOD: f32 = 1024.0;
 
-fn wind_displacement(origin: vec3<f32>, detach_time: f32, elapsed: f32) -> vec2<f32> {
-    if fall.wind_fastest == 0.0 {
-        return vec2(0.0);
-    }
-    let start = detach_time - WIND_PERIOD * floor(detach_time / WIND_PERIOD);
-    let lag = max(fall.wind_response, 1e-4);
-    let fade = exp(max(-elapsed / lag, -60.0));
-    var d = fall.wind_mean * (elapsed - lag * (1.0 - fade));
-    let part = elapsed - WIND_PERIOD * floor(elapsed / WIND_PERIOD);
-    let late = dot(fall.wind_travel, origin.xz) * fall.wind_slowness;
-    let a = 1.0 / lag;
+// The gusts at a moment, at a tree where they come `late` seconds late: what displacements are sums of,
+// without (x and y) and with the lag of the leaf.
+fn gusts_at(late: f32, time: f32) -> vec4<f32> {
+    let start = time - WIND_PERIOD * floor(time / WIND_PERIOD);
+    let a = 1.0 / max(fall.wind_response, 1e-4);
+    var sum = vec4(0.0);
     for (var i = 0u; i < 4u; i++) {
         let gust = fall.gusts[i]; // amplitude x and z, cycles, phase
         let omega = 2.0 * PI * gust.z / WIND_PERIOD;
-        let turns0 = gust.z * ((start - late) / WIND_PERIOD) + gust.w;
-        let first = turns0 - floor(turns0);
-        let turns1 = first + gust.z * part / WIND_PERIOD;
-        let angle0 = 2.0 * PI * first;
-        let angle1 = 2.0 * PI * (turns1 - floor(turns1));
-        let s0 = sin(angle0);
-        let c0 = cos(angle0);
-        let s1 = sin(angle1);
-        let c1 = cos(angle1);
-        let plain = (c0 - c1) / omega;
-        let lagging = ((a * s0 + omega * c0) - fade * (a * s1 + omega * c1)) / (a * a + omega * omega);
-        d += gust.xy * (plain - lagging);
+        let at = sin_cos_turns(fixed_turns(gust.z * ((start - late) / WIND_PERIOD) + gust.w));
+        sum += gust.xyxy * vec4(
+            vec2(at.y / omega),
+            vec2((a * at.x + omega * at.y) / (a * a + omega * omega)),
+        );
     }
-    return d;
+    return sum;
+}
+
+// What the steady wind and the gusts of the moment add; the gusts at the detachment are constant.
+fn wind_since(elapsed: f32, gusts: vec4<f32>) -> vec2<f32> {
+    let lag = max(fall.wind_response, 1e-4);
+    let fade = exp(max(-elapsed / lag, -60.0));
+    return fall.wind_mean * (elapsed - lag * (1.0 - fade)) - gusts.xy + fade * gusts.zw;
+}
+
+fn wind_at_detachment(late: f32, detach_time: f32) -> vec2<f32> {
+    let gusts = gusts_at(late, detach_time);
+    return gusts.xy - gusts.zw;
+}
+
+fn wind_displacement(late: f32, detach_time: f32, elapsed: f32) -> vec2<f32> {
+    let start = detach_time - WIND_PERIOD * floor(detach_time / WIND_PERIOD);
+    let part = elapsed - WIND_PERIOD * floor(elapsed / WIND_PERIOD);
+    return wind_at_detachment(late, detach_time) + wind_since(elapsed, gusts_at(late, start + part));
+}
+
+fn wind_late(tree: vec2<f32>) -> f32 {
+    return dot(fall.wind_travel, tree) * fall.wind_slowness;
 }
 
 // --- one leaf's share of variety ----------------------------------------------------------------
@@ -124,15 +146,17 @@ struct LeafFall {
     origin: vec3<f32>,
     twig: vec4<f32>,
     seed: u32,
-    path_group: u32,
+    // windfall_core::path::Variant, as one number.
+    variant: u32,
     detach_time: f32,
+    // Seconds by which gusts come late at its tree.
+    late: f32,
 }
 
 struct Variant {
-    path: PathRecord,
-    joint: JointRecord,
-    start: u32,
-    yaw: f32,
+    flight: u32,
+    // Turn about Y, 2^-32 turns.
+    yaw: u32,
     scale: vec2<f32>,
     rate: f32,
 }
@@ -145,66 +169,58 @@ fn positive_mod(a: f32, b: f32) -> f32 {
     return a - b * floor(a / b);
 }
 
-fn variant_of(leaf: LeafFall) -> Variant {
-    let members = path_group(leaf.path_group);
-    var out: Variant;
+// Draws a leaf's variant.
+fn draw_variant(seed: u32, path_group: u32, origin: vec3<f32>) -> u32 {
+    let flights = table(fall.group_table + path_group); // first, how many, of those plain
     if fall.paper_variation == 1u {
-        let p = leaf.origin;
-        out.path = path_record(members.x);
-        let starts = max(out.path.start_count, 2u) - 1u;
-        let start = pick(positive_mod(p.y * p.x * 37.0, f32(starts)) / f32(starts), starts);
-        out.joint = path_joint(out.path.first_joint);
-        out.start = path_start(out.path.first_start + start);
-        out.yaw = radians(positive_mod(p.x * p.y * p.z * 37.0, 360.0));
-        out.scale = vec2(positive_mod(p.z * p.y, 3.0), positive_mod(p.x * p.y, 3.0));
-        out.rate = 1.0;
-        return out;
+        let starts = max(flights.z, 2u) - 1u;
+        let start = pick(positive_mod(origin.y * origin.x * 37.0, f32(starts)) / f32(starts), starts);
+        return flights.x + min(start, flights.z - 1u);
     }
-    out.path = path_record(members.x + pick(unit(hash(leaf.seed, 1u)), members.y));
-    out.joint = path_joint(out.path.first_joint + pick(unit(hash(leaf.seed, 2u)), out.path.joint_count));
-    out.start = path_start(out.path.first_start + pick(unit(hash(leaf.seed, 3u)), out.path.start_count));
-    out.yaw = unit(hash(leaf.seed, 4u)) * (2.0 * PI);
-    out.scale = vec2(fall.scale_low + (fall.scale_high - fall.scale_low) * unit(hash(leaf.seed, 5u)));
-    out.rate = fall.rate_low + (fall.rate_high - fall.rate_low) * unit(hash(leaf.seed, 6u));
+    return (flights.x + pick(unit(hash(seed, 1u)), flights.y)) | (hash(seed, 2u) << 14u);
+}
+
+fn variant_of(word: u32, origin: vec3<f32>) -> Variant {
+    var out: Variant;
+    out.flight = word & 0x3fffu;
+    out.yaw = ((word >> 14u) & 255u) << 24u;
+    let steps = (vec2<f32>((vec2(word) >> vec2(22u, 27u)) & vec2(31u)) + 0.5) / 32.0;
+    out.scale = vec2(fall.scale_low + (fall.scale_high - fall.scale_low) * steps.x);
+    out.rate = fall.rate_low + (fall.rate_high - fall.rate_low) * steps.y;
+    if fall.paper_variation == 1u {
+        out.yaw = fixed_turns(positive_mod(origin.x * origin.y * origin.z * 37.0, 360.0) / 360.0);
+        out.scale = vec2(positive_mod(origin.z * origin.y, 3.0), positive_mod(origin.x * origin.y, 3.0));
+        out.rate = 1.0;
+    }
     return out;
 }
 
 // --- the path -----------------------------------------------------------------------------------
 
-fn sample_index(variant: Variant, i: u32) -> u32 {
-    return select(
-        variant.joint.tail + i - variant.joint.blend_start,
-        variant.path.first_sample + i,
-        i < variant.joint.blend_start,
-    );
-}
-
 struct CurvePoint {
     position: vec3<f32>,
-    low: f32,
     orientation: vec4<f32>,
 }
 
 // Catmull-Rom through four samples, displacement and quaternion alike.
-fn curve(variant: Variant, u: f32) -> CurvePoint {
-    let i = min(u32(u), variant.joint.from_sample - 1u);
+fn curve(flight: Flight, u: f32) -> CurvePoint {
+    let i = min(u32(u), flight.from_sample - 1u);
     let x = u - f32(i);
-    let s0 = path_sample(sample_index(variant, max(i, 1u) - 1u));
-    let s1 = path_sample(sample_index(variant, i));
-    let s2 = path_sample(sample_index(variant, i + 1u));
-    let s3 = path_sample(sample_index(variant, i + 2u));
+    let at = flight.first_sample + i;
+    let s0 = path_sample(at - select(1u, 0u, i == 0u));
+    let s1 = path_sample(at);
+    let s2 = path_sample(at + 1u);
+    let s3 = path_sample(at + 2u);
     let x2 = x * x;
     let x3 = x2 * x;
     let w0 = 0.5 * (-x + 2.0 * x2 - x3);
     let w1 = 0.5 * (2.0 - 5.0 * x2 + 3.0 * x3);
     let w2 = 0.5 * (x + 4.0 * x2 - 3.0 * x3);
     let w3 = 0.5 * (-x2 + x3);
-    let near = s1.place.xyz;
     var out: CurvePoint;
-    out.position = near + w0 * (s0.place.xyz - near) + w2 * (s2.place.xyz - near) + w3 * (s3.place.xyz - near);
+    out.position = w0 * s0.place + w1 * s1.place + w2 * s2.place + w3 * s3.place;
     let q = w0 * s0.orientation + w1 * s1.orientation + w2 * s2.orientation + w3 * s3.orientation;
-    out.orientation = q / max(length(q), 1e-3);
-    out.low = s1.place.w + (s2.place.w - s1.place.w) * x;
+    out.orientation = q * inverseSqrt(max(dot(q, q), 1e-6));
     return out;
 }
 
@@ -212,6 +228,43 @@ fn path_time(variant: Variant, elapsed: f32) -> f32 {
     let soft = fall.soft_time;
     let t = select(elapsed - max(soft, 0.0) * 0.5, elapsed * elapsed / (2.0 * soft), elapsed < soft);
     return t * variant.rate;
+}
+
+// The path alone, endless: from the twig, in the world's directions.
+struct Way {
+    displacement: vec3<f32>,
+    orientation: vec4<f32>,
+    lap: u32,
+    // Sample within the lap, and samples since laps began.
+    local: f32,
+    beyond: f32,
+}
+
+fn way(flight: Flight, variant: Variant, elapsed: f32) -> Way {
+    let u = f32(flight.start) + path_time(variant, elapsed) * flight.rate;
+    let lap_samples = f32(flight.from_sample - flight.to_sample);
+    var out: Way;
+    out.beyond = u - f32(flight.from_sample);
+    let full = floor(max(out.beyond, 0.0) / lap_samples);
+    let rest = clamp(out.beyond - full * lap_samples, 0.0, lap_samples);
+    out.lap = select(0u, u32(full) + 1u, out.beyond >= 0.0);
+    out.local = select(u, f32(flight.to_sample) + rest, out.beyond >= 0.0);
+    let at = curve(flight, out.local);
+    // The laps before are a geometric series of turns of one lap's displacement: the sine of k h over
+    // that of h, which the table has divided by.
+    let turn = sin_cos_turns(out.lap * flight.half_turn);
+    let sum = turn.x * vec2(
+        flight.lap.x * turn.y + flight.lap.z * turn.x,
+        flight.lap.z * turn.y - flight.lap.x * turn.x,
+    );
+    let along = (flight.lead.xz + sum + turn_along(turn, at.position.xz)) * variant.scale;
+    let yaw = sin_cos_turns(variant.yaw >> 1u);
+    let turned = turn_along(yaw, along);
+    let down = flight.lead.y + flight.lap.y * f32(out.lap) + at.position.y;
+    out.displacement = vec3(turned.x, down, turned.y);
+    let both = vec2(yaw.x * turn.y + yaw.y * turn.x, yaw.y * turn.y - yaw.x * turn.x);
+    out.orientation = quat_turn(both, at.orientation);
+    return out;
 }
 
 // A place in the air. `bend` is 0 on the twig and 1 once the leaf follows its path alone.
@@ -224,53 +277,24 @@ struct Pose {
 
 // Pose `elapsed` seconds after the detachment as if there were no ground.
 fn airborne(leaf: LeafFall, variant: Variant, elapsed: f32) -> Pose {
-    let joint = variant.joint;
-    let start = path_sample(variant.path.first_sample + variant.start);
-    let begin = start.place.xyz;
-    let u = f32(variant.start) + path_time(variant, elapsed) * variant.path.rate;
-    let beyond = u - f32(joint.from_sample);
-    let lap_samples = f32(joint.from_sample - joint.to_sample);
-    var k = 0u;
-    var local = u;
-    var before = begin;
-    if beyond >= 0.0 {
-        let full = floor(beyond / lap_samples);
-        let rest = clamp(beyond - full * lap_samples, 0.0, lap_samples);
-        k = u32(full) + 1u;
-        local = f32(joint.to_sample) + rest;
-        before = path_sample(variant.path.first_sample + joint.to_sample).place.xyz;
+    let flight = flight_of(variant.flight);
+    let free = way(flight, variant, elapsed);
+    let blown = wind_displacement(leaf.late, leaf.detach_time, elapsed);
+    let lows = flight_lows(variant.flight);
+    let i = min(u32(free.local), flight.from_sample - 1u);
+    let low = path_low(flight.first_sample + i);
+    var drop = lows.x - low - (path_low(flight.first_sample + i + 1u) - low) * (free.local - f32(i));
+    if free.lap > 0u {
+        drop = lows.x - lows.y - flight.lap.y * free.beyond / f32(flight.from_sample - flight.to_sample);
     }
-    let at = curve(variant, local);
-    let h = joint.half_turn;
-    // The laps before are a geometric series of turns of one lap's displacement.
-    let kh = sin_cos_turns(k * h);
-    var sum = joint.lap * f32(k);
-    if h != 0u {
-        let own = sin_cos_turns(h);
-        // Sine and cosine of (k - 1) h.
-        let s = kh.x * own.y - kh.y * own.x;
-        let c = kh.y * own.y + kh.x * own.x;
-        let ratio = kh.x / own.x;
-        sum = vec3((joint.lap.x * c + joint.lap.z * s) * ratio, sum.y, (joint.lap.z * c - joint.lap.x * s) * ratio);
-    }
-    // A turn by 2 k h about Y: the quaternion has the sine and cosine of half of it.
-    let turn = vec4(0.0, kh.x, 0.0, kh.y);
-    var d = (before - begin) + sum + quat_rotate(turn, at.position - before);
-    var drop = start.place.w - at.low;
-    if k > 0u {
-        let end = path_sample(sample_index(variant, joint.from_sample));
-        drop = start.place.w - end.place.w - joint.lap.y * beyond / lap_samples;
-    }
-    d = vec3(d.x * variant.scale.x, d.y, d.z * variant.scale.y);
-    let yaw = quat_y(variant.yaw);
-    let blown = wind_displacement(leaf.origin, leaf.detach_time, elapsed);
     var out: Pose;
-    out.position = leaf.origin + quat_rotate(yaw, d) + vec3(blown.x, 0.0, blown.y);
-    out.lap = k;
+    out.position = leaf.origin + free.displacement + vec3(blown.x, 0.0, blown.y);
+    out.orientation = free.orientation;
+    out.lap = free.lap;
     out.bend = select(1.0, smooth_step(drop / fall.soft_drop), fall.soft_drop > 0.0);
-    out.orientation = quat_mul(quat_mul(yaw, turn), at.orientation);
     if out.bend < 1.0 {
-        let first = quat_mul(yaw, start.orientation);
+        let begin = path_sample(flight.first_sample + flight.start).orientation;
+        let first = quat_turn(sin_cos_turns(variant.yaw >> 1u), normalize(begin));
         let from_twig = quat_mul(quat_conjugate(first), leaf.twig);
         out.orientation = quat_mul(out.orientation, quat_slerp(from_twig, vec4(0.0, 0.0, 0.0, 1.0), out.bend));
     }
@@ -301,34 +325,35 @@ fn clearance(leaf: LeafFall, variant: Variant, elapsed: f32) -> f32 {
 }
 
 // Time after the detachment at which the leaf may first have dropped by `drop` metres.
-fn first_time_at(variant: Variant, drop: f32) -> f32 {
-    let joint = variant.joint;
-    let begin = path_sample(sample_index(variant, variant.start)).place.y;
-    let lowest = path_sample(sample_index(variant, joint.from_sample)).place.w;
-    let level = begin - drop;
-    let k = max(ceil((level - lowest) / joint.lap.y), 0.0);
-    let in_lap = level - k * joint.lap.y;
-    var low = select(joint.to_sample, variant.start, k == 0.0);
-    var high = joint.from_sample;
+fn first_time_at(flight: Flight, variant: Variant, drop: f32) -> f32 {
+    let level = -flight.lead.y - drop;
+    let lowest = path_low(flight.first_sample + flight.from_sample);
+    let k = max(ceil((level - lowest) / flight.lap.y), 0.0);
+    let in_lap = level - k * flight.lap.y;
+    var low = select(flight.to_sample, flight.start, k == 0.0);
+    var high = flight.from_sample;
     while low < high {
         let middle = (low + high) / 2u;
-        if path_sample(sample_index(variant, middle)).place.w <= in_lap {
+        if path_low(flight.first_sample + middle) <= in_lap {
             high = middle;
         } else {
             low = middle + 1u;
         }
     }
-    let samples = k * f32(joint.from_sample - joint.to_sample) + f32(low) - f32(variant.start) - 1.0;
-    let t = max(samples, 0.0) / variant.path.rate / variant.rate;
+    let samples = k * f32(flight.from_sample - flight.to_sample) + f32(low) - f32(flight.start) - 1.0;
+    let t = max(samples, 0.0) / flight.rate / variant.rate;
     let soft = max(fall.soft_time, 0.0);
     return select(t + soft * 0.5, sqrt(2.0 * soft * t), t < soft * 0.5);
 }
 
-fn landing_of(leaf: LeafFall, variant: Variant) -> Landing {
-    let along = variant.path.fastest_along * max(abs(variant.scale.x), abs(variant.scale.y)) * variant.rate
+// When the leaf first meets the ground, seconds after the detachment.
+fn landing_time(leaf: LeafFall, variant: Variant) -> f32 {
+    let flight = flight_of(variant.flight);
+    let fastest = flight_speeds(variant.flight); // down, along
+    let along = fastest.y * max(abs(variant.scale.x), abs(variant.scale.y)) * variant.rate
         + fall.wind_fastest;
-    let closing = variant.path.fastest_down * variant.rate + fall.ground_steepest * along;
-    var t = first_time_at(variant, leaf.origin.y - fall.ground_highest);
+    let closing = fastest.x * variant.rate + fall.ground_steepest * along;
+    var t = first_time_at(flight, variant, leaf.origin.y - fall.ground_highest);
     var height = clearance(leaf, variant, t);
     var above = select(0.0, t, height > 0.0);
     for (var step = 0u; step < 4096u && height > 0.0; step++) {
@@ -351,15 +376,20 @@ fn landing_of(leaf: LeafFall, variant: Variant) -> Landing {
         }
         t = below;
     }
-    let place = airborne(leaf, variant, t).position;
+    return t;
+}
+
+// Where and how a leaf lies that meets the ground at `time`.
+fn landing_at(leaf: LeafFall, variant: Variant, time: f32) -> Landing {
+    let place = airborne(leaf, variant, time).position;
     let ground = ground_at(place.xz);
     let heading = (unit(hash(leaf.seed, 7u)) * 2.0 - 1.0) * fall.settle_turn;
-    let arriving = airborne(leaf, variant, settling(t, 1.0)).orientation;
+    let arriving = airborne(leaf, variant, settling(time, 1.0)).orientation;
     var up = quat_rotate(arriving, vec3(0.0, 1.0, 0.0));
     up = select(up, -up, dot(up, ground.normal) < 0.0);
     let about = vec4(ground.normal * sin(heading * 0.5), cos(heading * 0.5));
     var out: Landing;
-    out.time = t;
+    out.time = time;
     out.position = vec3(place.x, ground.height, place.z);
     out.orientation = normalize(quat_mul(quat_mul(about, quat_arc(up, ground.normal)), arriving));
     return out;

@@ -9,13 +9,13 @@ fn detach_time(tree_seed: u32, delay: f32, gust_phase: f32, leaf_count: u32, ran
     return even + fall.shed_burst / (2.0 * PI * fall.gust_rate) * sin(2.0 * PI * (turns - floor(turns)));
 }
 
-// How many leaves have detached by now: those of lower shed rank.
-fn detached_by_now(tree_seed: u32, delay: f32, gust_phase: f32, leaf_count: u32) -> u32 {
+// How many leaves have detached by a time: those of lower shed rank.
+fn detached_by(time: f32, tree_seed: u32, delay: f32, gust_phase: f32, leaf_count: u32) -> u32 {
     var low = 0u;
     var high = leaf_count;
     while low < high {
         let middle = (low + high) / 2u;
-        if detach_time(tree_seed, delay, gust_phase, leaf_count, middle) <= fall.time {
+        if detach_time(tree_seed, delay, gust_phase, leaf_count, middle) <= time {
             low = middle + 1u;
         } else {
             high = middle;

@@ -1,57 +1,66 @@
 // Path tables and terrain as one list of vectors, read through table(i), which the pass declares.
-// Integers are stored as floats, exact below 2^24.
 
 struct PathSample {
-    // Displacement, and the lowest height so far.
-    place: vec4<f32>,
+    // Displacement from the sample to which laps return.
+    place: vec3<f32>,
+    // Not quite of unit length.
     orientation: vec4<f32>,
 }
 
-struct PathRecord {
+// A path, the joint that it laps by, and where it begins (windfall_core::path::Flight). Each path stands
+// in the table once for each joint, as playback on the way to that joint reads it.
+struct Flight {
     first_sample: u32,
-    first_start: u32,
-    start_count: u32,
-    first_joint: u32,
-    joint_count: u32,
-    rate: f32,
-    fastest_down: f32,
-    fastest_along: f32,
-}
-
-struct JointRecord {
-    lap: vec3<f32>,
-    half_turn: u32,
+    start: u32,
+    // Samples from there on after which it has left its twig behind.
+    soft: u32,
     from_sample: u32,
     to_sample: u32,
-    blend_start: u32,
-    tail: u32,
+    // Displacement of one lap; x and z are turned back by half of the lap's turn, and divided by the
+    // sine of that.
+    lap: vec3<f32>,
+    // Samples per second.
+    rate: f32,
+    // From the start to the sample to which laps return.
+    lead: vec3<f32>,
+    // Half of a lap's turn about Y, 2^-32 turns.
+    half_turn: u32,
 }
 
 fn path_sample(i: u32) -> PathSample {
-    return PathSample(table(2u * i), table(2u * i + 1u));
+    let t = table(i);
+    // Whole numbers: 21 bits of x and z, 22 of y.
+    let place = bitcast<vec3<i32>>(vec3(t.x, (t.x << 21u) | ((t.y & 0x7ffu) << 10u), t.y));
+    return PathSample(
+        vec3<f32>(place >> vec3(11u, 10u, 11u)) * fall.path_grain,
+        vec4(unpack2x16snorm(t.z), unpack2x16snorm(t.w)),
+    );
 }
 
-fn path_joint(i: u32) -> JointRecord {
-    let a = table(fall.joint_table + 3u * i);
-    let b = table(fall.joint_table + 3u * i + 1u);
-    let c = table(fall.joint_table + 3u * i + 2u);
-    return JointRecord(a.xyz, (u32(c.x) << 16u) | u32(c.y), u32(b.x), u32(b.y), u32(b.z), u32(b.w));
+// Lowest height up to a sample, from the one to which laps return.
+fn path_low(i: u32) -> f32 {
+    return bitcast<f32>(table(fall.low_table + i / 4u)[i % 4u]);
 }
 
-fn path_record(i: u32) -> PathRecord {
-    let a = table(fall.record_table + 2u * i);
-    let b = table(fall.record_table + 2u * i + 1u);
-    return PathRecord(u32(a.x), u32(a.y), u32(a.z), u32(a.w), u32(b.x), b.y, b.z, b.w);
+fn flight_of(i: u32) -> Flight {
+    let at = fall.flight_table + 4u * i;
+    let a = table(at);
+    let b = bitcast<vec4<f32>>(table(at + 1u));
+    let c = table(at + 2u);
+    let soft = a.y >> 20u;
+    return Flight(a.x, a.y & 0xfffffu, select(soft, 0x7fffffffu, soft == 0xfffu), a.z, a.w, b.xyz, b.w, bitcast<vec3<f32>>(c.xyz), c.w);
 }
 
-fn path_start(i: u32) -> u32 {
-    return u32(table(fall.start_table + i / 4u)[i % 4u]);
+// Lowest height up to the start, and up to the joint.
+fn flight_lows(i: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(table(fall.flight_table + 4u * i + 3u).xy);
 }
 
-fn path_group(i: u32) -> vec2<u32> {
-    return vec2<u32>(table(fall.group_table + i).xy);
+// Bounds of the speed downwards and along, m/s.
+fn flight_speeds(i: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(table(fall.flight_table + 4u * i + 3u).zw);
 }
 
 fn ground_sample(i: u32) -> f32 {
-    return table(fall.ground_table + i / 4u)[i % 4u];
+    return bitcast<f32>(table(fall.ground_table + i / 4u)[i % 4u]);
 }

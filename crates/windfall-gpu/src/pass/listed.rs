@@ -208,7 +208,7 @@ impl Layouts {
         };
         let words = wgpu::TextureSampleType::Uint;
         Self {
-            tables: layout("tables", &[uniform, texture_entry(1, FLOATS)]),
+            tables: layout("tables", &[uniform, texture_entry(1, words)]),
             leaves: layout("leaf list", &[texture_entry(0, words)]),
             posed: layout("posed leaves", &[texture_entry(0, FLOATS), texture_entry(1, words)]),
         }
