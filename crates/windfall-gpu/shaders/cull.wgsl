@@ -6,20 +6,19 @@
 @group(1) @binding(0) var<uniform> cull: CullFrame;
 @group(1) @binding(1) var<uniform> fall: FallFrame;
 @group(1) @binding(2) var<storage, read> trees: array<TreeRecord>;
-@group(1) @binding(3) var<storage, read> crowns: array<Crown>;
-@group(1) @binding(4) var<storage, read> models: array<Model>;
+@group(1) @binding(3) var<storage, read> models: array<Model>;
 // For each draw: lowest and highest bucket of its trees, indices, first index.
-@group(1) @binding(5) var<storage, read> draws: array<vec4<u32>>;
+@group(1) @binding(4) var<storage, read> draws: array<vec4<u32>>;
 // For each list and place: the tree's bucket in the lower 8 bits (0: not drawn), whether the pyramid
 // hides it, and its rank among those of its bucket in its block.
-@group(1) @binding(6) var<storage, read_write> keys: array<u32>;
+@group(1) @binding(5) var<storage, read_write> keys: array<u32>;
 // For each list, block and bucket the number of trees; after `arrange` of those in blocks before.
 // Behind them, for each list, model and bucket where the bucket begins.
-@group(1) @binding(7) var<storage, read_write> counts: array<u32>;
+@group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 // Five words a draw: indirect arguments. Then the tallies of the view, two words each: trees, their
 // leaves, leaves by lambda, leaves on twigs, triangles.
-@group(1) @binding(8) var<storage, read_write> arguments: array<atomic<u32>>;
-@group(1) @binding(9) var<storage, read_write> placed: array<TreeInstance>;
+@group(1) @binding(7) var<storage, read_write> arguments: array<atomic<u32>>;
+@group(1) @binding(8) var<storage, read_write> placed: array<TreeInstance>;
 // Farthest depth of twice two pixels, then level by level; and the clip space that it is of.
 @group(2) @binding(0) var pyramid: texture_2d<f32>;
 @group(2) @binding(1) var<uniform> seen_from_world: mat4x4<f32>;
@@ -192,7 +191,7 @@ fn classify(
     var key = 0u;
     if tree.model != NO_TREE {
         let list = cull.lists[list_index % 4u];
-        let crown = crowns[tree.model];
+        let crown = models[tree.model].crown;
         let center = center_of(tree, crown);
         let radius = crown.radius * tree.scale;
         var seen = list.culling == 0u;
@@ -224,7 +223,7 @@ fn reclassify(
     if keys[list_index * cull.tree_count + place] == HIDDEN {
         let tree = trees[place];
         let list = cull.lists[0];
-        let crown = crowns[tree.model];
+        let crown = models[tree.model].crown;
         let center = center_of(tree, crown);
         if !hidden(list.clip_from_world, center, crown.radius * tree.scale) {
             key = key_of(list_index, list, crown, tree.scale, center);
@@ -246,7 +245,7 @@ fn arrange(
 ) {
     let model = group.x;
     let list = list_of(group.y, rows.y);
-    let crown = crowns[model];
+    let crown = models[model].crown;
     let first = (list * block_total() + crown.tree_first / 64u) * BUCKETS;
     if local < BUCKETS {
         var sum = 0u;
@@ -329,7 +328,7 @@ fn place(
     }
     let list = cull.lists[list_index % 4u];
     let tree = trees[at];
-    let crown = crowns[tree.model];
+    let crown = models[tree.model].crown;
     let level = tree_level(list, crown, tree.scale, center_of(tree, crown));
     let start = counts[bucket_starts() + (list_index * cull.model_count + tree.model) * BUCKETS + bucket - 1u];
     let before = counts[(list_index * block_total() + group.x) * BUCKETS + bucket - 1u];

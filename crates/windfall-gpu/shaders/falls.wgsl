@@ -19,6 +19,9 @@
 // leaves.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
+// How trees are simplified: loose leaves as those on the twigs that they are from.
+@group(1) @binding(9) var<uniform> cull: CullFrame;
+
 // Workgroups in a row of a dispatch, and most of `land`.
 const ROW: u32 = 32768u;
 const SIGN: u32 = 0x80000000u;
@@ -40,6 +43,13 @@ struct Window {
     bin_first: u32,
     radius: f32,
     gusts: vec4<f32>,
+    // Where its entries begin in the lists.
+    list_first: u32,
+    // Leaf of the model from which on none is seen; one over the number of leaves that fade.
+    fade_end: f32,
+    fade_slope: f32,
+    // Factor on a leaf's length.
+    growth: f32,
 }
 
 fn window_at(stream: u32) -> u32 {
@@ -50,7 +60,19 @@ fn window_of(stream: u32) -> Window {
     let at = window_at(stream);
     let a = slots[at];
     let b = slots[at + 1u];
-    return Window(a.x, a.y, a.z, a.w, b.x, b.y, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]));
+    let d = slots[at + 3u];
+    let fade = unpack2x16float(d.w);
+    return Window(
+        a.x, a.y, a.z, a.w, b.x, b.y, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]),
+        d.y, bitcast<f32>(d.z), fade.x, fade.y,
+    );
+}
+
+// What the leaf of an entry is drawn with of its size: 0 if its tree is drawn without it.
+fn kept_size(window: Window, entry: u32) -> f32 {
+    let leaf = f32(lists[window.list_first + entry]);
+    let seen = clamp((window.fade_end - leaf) * window.fade_slope, 0.0, 1.0);
+    return window.growth * sqrt(select(seen, seen * seen * (3.0 - 2.0 * seen), frame.fade_smooth == 1u));
 }
 
 fn list_entry(stream: Stream, j: u32) -> u32 {
@@ -95,7 +117,24 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     );
     slots[at + 1u] = vec4(stream.keep, stream.bin, stream.bin_first, bitcast<u32>(stream.radius));
     slots[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
-    slots[at + 3u] = vec4(known, 0u, 0u, 0u);
+    let crown = models[stream.model].crown;
+    let c = crown.center;
+    let turned = vec3(
+        stream.cos_yaw * c.x + stream.sin_yaw * c.z,
+        c.y,
+        stream.cos_yaw * c.z - stream.sin_yaw * c.x,
+    );
+    let list = cull.lists[0];
+    let level = tree_level(list, crown, stream.scale, stream.position + turned * stream.scale);
+    let leaf_count = f32(stream.leaf_count);
+    // Half floats end at 65,504: where fewer than a hundredth of a leaf fades, none does.
+    let slope = min(0.5 / max(level.radius * leaf_count, 1e-6), 100.0);
+    slots[at + 3u] = vec4(
+        known,
+        2u * fall.group_count + stream.list_first,
+        bitcast<u32>(fade_end(list, level) * leaf_count),
+        pack2x16float(vec2(slope, level.growth)),
+    );
 }
 
 fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
@@ -368,7 +407,8 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         }
     }
     let in_air = !lies && elapsed < landing;
-    let seen = held && !changes && in_view(out.position, window.radius * out.scale);
+    out.scale *= kept_size(window, select(0u, window.detached - 1u - back, held));
+    let seen = held && !changes && out.scale > 0.0 && in_view(out.position, window.radius * out.scale);
     if held {
         atomicAdd(&held_count, select(0x10000u, 1u, in_air));
     }
@@ -406,8 +446,9 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
         let at = lists[2u * (listed / 64u) + 1u] + listed % 64u;
         let slot = window.slot_first + at;
         let entry = window.detached - 1u - entries_back(window, at);
-        let out = changing_leaf(stream, slot, entry, window.gusts);
-        if in_view(out.position, window.radius * out.scale) {
+        var out = changing_leaf(stream, slot, entry, window.gusts);
+        out.scale *= kept_size(window, entry);
+        if out.scale > 0.0 && in_view(out.position, window.radius * out.scale) {
             let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
             atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);
             let place = atomicAdd(&counters[5u * window.bin + 1u], 1u);

@@ -176,6 +176,7 @@ impl GpuFalls {
         models: &[Model],
         forest: &Forest,
         falls: &Falls,
+        lists: &wgpu::Buffer,
     ) -> Self {
         let records = LeafRecords::new(trees);
         let plan = Plan::new(trees, &records, forest, falls);
@@ -238,6 +239,7 @@ impl GpuFalls {
             ),
             &drawn,
             &counters,
+            lists,
         ];
         let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
             .iter()

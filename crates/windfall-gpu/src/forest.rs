@@ -4,10 +4,10 @@ use crate::cull::{CpuList, Trees, mean_color};
 use crate::falls::{Falls, GpuFalls};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
-use crate::pass::cull::GpuLists;
+use crate::pass::cull::{Cull, GpuLists};
 use crate::pass::ground::GroundMesh;
 use crate::renderer::Renderer;
-use crate::shared::{Model, TreeList, TreeRecord};
+use crate::shared::{Crown, Model, TreeList, TreeRecord};
 use crate::strategy::Strategy;
 use crate::view::View;
 use glam::{Vec3, Vec3Swizzles};
@@ -123,7 +123,11 @@ impl GpuForest {
             .iter()
             .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
             .collect();
-        let uniforms: Vec<Model> = models.iter().map(|m| m.uniform).collect();
+        let gpu_trees = Trees::new(&models, forest, falls);
+        let with_crown =
+            |(model, crown): (&GpuModel, &Crown)| Model { crown: *crown, ..model.uniform };
+        let uniforms: Vec<Model> = models.iter().zip(&gpu_trees.crowns).map(with_crown).collect();
+        let list_uniform = Cull::uniform(device);
         let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
         let listed = (falls.strategy != Strategy::Compute).then(|| {
@@ -131,10 +135,17 @@ impl GpuForest {
             ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
         });
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
-        let fall_settings = falls;
-        let falls = GpuFalls::new(device, &renderer.falls.layout, trees, &uniforms, forest, on_gpu);
-        let gpu_trees = Trees::new(&models, forest, fall_settings);
-        let lists = renderer.cull.lists(device, &gpu_trees, &uniforms, &falls.uniform);
+        let falls = GpuFalls::new(
+            device,
+            &renderer.falls.layout,
+            trees,
+            &uniforms,
+            forest,
+            on_gpu,
+            &list_uniform,
+        );
+        let lists =
+            renderer.cull.lists(device, &gpu_trees, &uniforms, list_uniform, &falls.uniform);
         let mut totals = FrameStats::default();
         for instance in &forest.instances {
             let tree = &trees[instance.model as usize];

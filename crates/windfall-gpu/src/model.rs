@@ -269,6 +269,7 @@ fn model_uniform(tree: &Tree) -> Model {
         leaf_count: foliage.leaves.len() as u32,
         tree_height: tree.height(),
         padding: 0,
+        crown: Crown::zeroed(),
     }
 }
 

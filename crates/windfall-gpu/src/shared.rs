@@ -328,6 +328,8 @@ gpu_struct! {
         pub tree_height: f32,
         /// Unused.
         pub padding: u32,
+        /// What lists of its trees are made from.
+        pub crown: Crown,
     }
 }
 

@@ -34,7 +34,7 @@ impl Cull {
         let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
         let types = [uniform; 2]
             .into_iter()
-            .chain([storage(true); 4])
+            .chain([storage(true); 3])
             .chain([storage(false); 4])
             .enumerate();
         let entries: Vec<wgpu::BindGroupLayoutEntry> = types
@@ -91,12 +91,23 @@ impl Cull {
         }
     }
 
+    /// The uniforms of a forest's lists.
+    pub fn uniform(device: &wgpu::Device) -> wgpu::Buffer {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("lists of trees"),
+            size: size_of::<CullFrame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
     /// The tables of a forest; `fall` are the uniforms of its falls.
     pub fn lists(
         &self,
         device: &wgpu::Device,
         trees: &Trees,
         models: &[Model],
+        uniform: wgpu::Buffer,
         fall: &wgpu::Buffer,
     ) -> GpuLists {
         // A binding may not be smaller than one element.
@@ -116,12 +127,6 @@ impl Cull {
                 mapped_at_creation: false,
             })
         };
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("lists of trees"),
-            size: size_of::<CullFrame>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
         let parts: Vec<[u32; 4]> = trees
             .parts
             .iter()
@@ -149,7 +154,6 @@ impl Cull {
             &uniform,
             fall,
             &init("trees", bytemuck::cast_slice(&trees.records)),
-            &init("crowns", bytemuck::cast_slice(&trees.crowns)),
             &init("models", bytemuck::cast_slice(models)),
             &init("parts", bytemuck::cast_slice(&parts)),
             &empty("tree buckets", lists * places * 4, none),

@@ -21,7 +21,8 @@ pub(crate) struct Falls {
     masked_shadow: wgpu::RenderPipeline,
 }
 
-const SHARED: [&str; 4] = [
+const SHARED: [&str; 5] = [
+    include_str!("../../shaders/shared/simplify.wgsl"),
     include_str!("../../shaders/shared/tables.wgsl"),
     include_str!("../../shaders/shared/shed.wgsl"),
     include_str!("../../shaders/shared/pose.wgsl"),
@@ -29,22 +30,19 @@ const SHARED: [&str; 4] = [
 ];
 
 fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
-    // The uniforms come first.
-    let entries: Vec<wgpu::BindGroupLayoutEntry> =
-        std::iter::once(wgpu::BufferBindingType::Uniform)
-            .chain(writable.iter().map(|w| wgpu::BufferBindingType::Storage { read_only: !w }))
-            .enumerate()
-            .map(|(i, ty)| wgpu::BindGroupLayoutEntry {
-                binding: i as u32,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer {
-                    ty,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            })
-            .collect();
+    // Uniforms of the falls come first, those of the lists of trees last.
+    let uniform = wgpu::BufferBindingType::Uniform;
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = std::iter::once(uniform)
+        .chain(writable.iter().map(|w| wgpu::BufferBindingType::Storage { read_only: !w }))
+        .chain([uniform])
+        .enumerate()
+        .map(|(i, ty)| wgpu::BindGroupLayoutEntry {
+            binding: i as u32,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some(label),
         entries: &entries,
@@ -196,6 +194,7 @@ mod tests {
     use windfall_core::path::{Fall, LeafFall, Phase};
     use windfall_core::rng::{hash, unit};
     use windfall_core::shed::Shedding;
+    use windfall_core::simplify::Simplification;
     use windfall_core::tree::Tree;
     use windfall_core::tree::species::Species;
     use windfall_core::wind::Wind;
@@ -306,7 +305,8 @@ mod tests {
             };
             // The reference knows nothing of what the twig does before the leaf has left it.
             let quality = crate::Quality { sway: false, ..crate::Quality::LOW };
-            let view = View { time, season, shadows: false, quality, ..View::new(camera) };
+            let detail = Simplification::NONE;
+            let view = View { time, season, shadows: false, quality, detail, ..View::new(camera) };
             let profiler = GpuProfiler::new(
                 device,
                 GpuProfilerSettings { enable_timer_queries: false, ..Default::default() },
