@@ -39,10 +39,10 @@ fn dead_leaves_mean() -> vec3<f32> {
 }
 
 // Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
-fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
+fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) -> Floor {
     var top = under;
     let share = 1.0 - pow(1.0 - 0.5 * covered, 3.0);
-    let far = Floor(mix(under.color, dead_leaves_mean(), share), mix(under.height, 0.55, share), under.lean);
+    let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
     let blur = smoothstep(0.25, 0.85, width);
     if blur >= 1.0 || !has(GROUND_DETAIL) {
@@ -128,7 +128,8 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let under = Floor(mix(earth, grass, grassy), 0.28 + 0.5 * tufts, bumps * 0.6);
     let drifts = fractal_noise2(at * 0.27 + 40.0, width * 0.27, 24u) + 0.5 * fine + 0.35 * broad;
     let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy);
-    let cover = litter(at * 8.3, width * 8.3, under, covered);
+    let clumps = clamp(0.55 + 0.75 * heap + 1.0 * fine + 0.8 * grains, 0.25, 1.9);
+    let cover = litter(at * 8.3, width * 8.3, under, covered, clumps);
     let normal = normalize(in.normal);
     let relief = 1.0 - smoothstep(0.02, 0.12, width);
     let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));

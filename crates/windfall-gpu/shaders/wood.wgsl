@@ -76,9 +76,9 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
         let lenticel = smoothstep(0.19, 0.28, lines) * coarse;
         let scars = value_noise2(p * vec2(0.5, 0.8) + patchy, 4u) + 0.5 * fine;
         // The foot is rough and black.
-        let foot = 0.35 * clamp(1.6 - high, 0.0, 1.6);
+        let foot = 0.16 * clamp(1.4 - high, 0.0, 1.4);
         let scar = smoothstep(0.84, 0.96, scars + foot);
-        let grey = 0.10 + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
+        let grey = 0.10 + 0.25 * clamp(1.2 - high, 0.0, 1.2) + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
         return Bark(0.7 - 0.5 * scar + 0.2 * fine, clamp(max(max(0.6 * lenticel, scar), grey), 0.0, 1.0));
     }
     if surface.pattern == 1u {

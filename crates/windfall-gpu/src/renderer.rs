@@ -14,6 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use wgpu_profiler::GpuProfiler;
 use windfall_core::forest::Frustum;
 use windfall_core::light::SkyTable;
+use windfall_core::wind::Wind;
 
 /// Samples per pixel.
 pub(crate) const SAMPLES: u32 = 4;
@@ -99,14 +100,18 @@ fn sky_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// What the shaders need to know of a forest: its wind, the land about it, what its litter is.
-fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
-    let wind = &forest.wind;
+/// Fills in the wind.
+pub(crate) fn describe_wind(frame: &mut Frame, wind: &Wind) {
     frame.gusts =
         wind.gusts.map(|g| Vec4::new(g.amplitude.x, g.amplitude.y, g.cycles as f32, g.phase));
     frame.wind_mean = wind.mean;
     frame.wind_travel = wind.travel;
     frame.wind_slowness = wind.slowness;
+}
+
+/// What the shaders need to know of a forest: its wind, the land about it, what its litter is.
+fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
+    describe_wind(frame, &forest.wind);
     frame.backdrop = forest.ground.backdrop;
     // Late autumn's colours of all models; of those without a palette, brown.
     let late = |palette: &[Vec4; 8]| (palette[4] + palette[5] + palette[6]).truncate() / 3.0;

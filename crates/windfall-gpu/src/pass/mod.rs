@@ -6,6 +6,8 @@ mod fragment_falls;
 mod grass;
 pub(crate) mod ground;
 mod leaves;
+#[cfg(test)]
+mod light_tests;
 mod listed;
 mod litter;
 pub(crate) mod shadow;
