@@ -307,21 +307,21 @@ fn what_the_sun_sees_has_no_acne() {
     }
 }
 
-/// Right behind a column, seen from the sun, the ground is dark: the shadow hangs on its foot. At
-/// the distances where cascades meet, too.
+/// Right behind a stick or a column, seen from the side, the ground is dark: the shadow hangs on its
+/// foot. At the distances where cascades meet, too.
 #[test]
 fn shadows_begin_at_the_foot() {
-    let trees = vec![column(0.5, 5.0)];
-    let forest = Forest { terrain: Terrain::flat(), instances: vec![stand(Vec3::ZERO, 0)] };
-    let gpu = upload(&trees, &forest, &Falls::none());
-    for elevation in [0.2f32, 0.8] {
-        for distance in [6.0, 13.0, 14.5, 50.0, 56.0] {
-            // From the side, so that nothing hides the ground behind; narrow for the far ones.
+    let cases = [(0.05, 6.0), (0.05, 12.5), (0.3, 14.5), (0.5, 50.0), (0.5, 56.0)];
+    for (radius, distance) in cases {
+        let forest = Forest { terrain: Terrain::flat(), instances: vec![stand(Vec3::ZERO, 0)] };
+        let gpu = upload(&[column(radius, 5.0)], &forest, &Falls::none());
+        for elevation in [0.2f32, 0.8] {
             let eye = Vec3::new(distance, 0.35 * distance, 0.0);
-            let behind = Vec3::new(0.0, 0.0, -0.62);
+            let behind = Vec3::new(0.0, 0.0, -1.2 * radius - 0.02);
             let [with, without] = [true, false].map(|shadows| {
                 let mut view = plain_view(eye, behind, elevation, shadows);
-                view.camera.fov_y = 2.0 * (1.2 / distance).atan();
+                // Narrow: the middle of the picture is that place alone.
+                view.camera.fov_y = 2.0 * (3.0 * radius / distance).atan();
                 paint(&gpu, &view)
             });
             let middle = ((SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) * 4) as usize;
