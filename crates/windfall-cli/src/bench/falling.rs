@@ -149,6 +149,7 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
         time,
         season: 0.55,
         meadow: 0.5,
+        trails: Default::default(),
         shadows: false,
         show: Show::Picture,
         quality: Quality::LOW,

@@ -301,6 +301,7 @@ mod tests {
                 time,
                 season: 0.5,
                 meadow: 0.5,
+                trails: Default::default(),
                 shadows: false,
                 show: crate::Show::Picture,
                 // The reference knows nothing of what the twig does before the leaf has left it.

@@ -170,6 +170,7 @@ mod tests {
             time: 0.0,
             season: 0.5,
             meadow: 0.5,
+            trails: Default::default(),
             shadows: true,
             show: crate::Show::Picture,
             quality: crate::Quality::HIGH,
