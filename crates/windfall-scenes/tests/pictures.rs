@@ -1,4 +1,4 @@
-//! The named scenes, small and with at most thirty trees, held against `references/*.png`.
+//! The named scenes, small and with at most six trees, held against `references/*.png`.
 //!
 //! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
@@ -9,7 +9,7 @@ use windfall_gpu::{Capture, GpuForest, Quality, Renderer, Sky, Target, View};
 use windfall_scenes::{NAMES, Scene, named};
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
-const SIZE: (u32, u32) = (192, 108);
+const SIZE: (u32, u32) = (160, 90);
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 struct Studio {
@@ -60,10 +60,10 @@ impl Studio {
     }
 }
 
-/// A thousand trees would take minutes without a GPU; thirty show the same light.
+/// A thousand trees would take minutes without a GPU; six show the same light.
 fn small(name: &str) -> Scene {
     let mut scene = named(name).unwrap();
-    scene.count = scene.count.min(30);
+    scene.count = scene.count.min(6);
     scene
 }
 
@@ -83,7 +83,7 @@ fn other_light_fails() {
     let studio = Studio::new();
     let folder = std::env::temp_dir().join(format!("windfall-other-light-{}", std::process::id()));
     let at = |bless| Snapshots::new(folder.join("references"), folder.join("failures"), bless);
-    let scene = small("forest-path");
+    let scene = small("lone-oak");
     let tolerance = Tolerance::default();
     at(true).assert("light", SIZE, &studio.paint(&scene, |v| v), tolerance);
     at(false).assert("light", SIZE, &studio.paint(&scene, |v| v), tolerance);
