@@ -160,3 +160,39 @@ fn bad_outputs_are_refused() {
     place.fail(1, "render small.ron --size 33x32 --out odd.mp4", &["even"]);
     place.fail(1, "tree export pine --out pine.glb", &["pine", "birch"]);
 }
+
+/// A Radiance picture of even light: four bytes a texel, mantissas and their exponent.
+fn hdr(width: u32, height: u32, texel: [u8; 4]) -> Vec<u8> {
+    let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n");
+    let texels = texel.repeat((width * height) as usize);
+    [head.into_bytes(), texels].concat()
+}
+
+#[test]
+fn bad_skies_and_qualities_are_named_with_the_cause() {
+    let place = Place::new();
+    place.write("even.hdr", hdr(4, 2, [40, 80, 160, 130]));
+    place.write("square.hdr", hdr(4, 4, [40, 80, 160, 130]));
+    place.write("dark.hdr", hdr(4, 2, [0; 4]));
+    place.write("garbage.hdr", [0x5a; 300]);
+    place.write("garbage.exr", [0x5a; 300]);
+    place.write("truncated.hdr", &hdr(4, 2, [40, 80, 160, 130])[..60]);
+    place.write("sky.png", png());
+    let cases: [(&str, &[&str]); 7] = [
+        ("square.hdr", &["4x4", "twice as wide as high"]),
+        ("dark.hdr", &["black"]),
+        ("garbage.hdr", &["damaged"]),
+        ("garbage.exr", &["damaged"]),
+        ("truncated.hdr", &["damaged"]),
+        ("sky.png", &[".hdr or .exr"]),
+        ("missing.hdr", &["cannot be read"]),
+    ];
+    for (file, words) in cases {
+        let words = [&[file], words].concat();
+        place.fail(1, &format!("render small.ron --sky {file} --out out.png"), &words);
+    }
+    place.fail(1, "render small.ron --quality best --out out.png", &["quality", "best", "medium"]);
+    place.succeed("render small.ron --sky even.hdr --quality low --out sky.png");
+    place.succeed("render small.ron --quality low --out model.png");
+    assert_ne!(place.read("sky.png"), place.read("model.png"));
+}

@@ -12,12 +12,13 @@ const BLADES: u32 = 5u;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
-    @location(0) world: vec3<f32>,
-    @location(1) color: vec3<f32>,
-    @location(2) normal: vec3<f32>,
+    // Of a blade that is thinner than a sample nothing can be interpolated: all but the last is its
+    // own.
+    @location(0) @interpolate(flat) root: vec3<f32>,
+    @location(1) @interpolate(flat) color: vec3<f32>,
+    @location(2) @interpolate(flat) normal: vec3<f32>,
     // Along the blade, 0 at the root.
     @location(3) along: f32,
-    @location(4) @interpolate(flat) root: vec3<f32>,
 }
 
 fn terrain_height(at: vec2<f32>) -> f32 {
@@ -91,7 +92,6 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     let straw = smoothstep(0.45, 1.0, unit(hash(own, 5u)) * 0.6 + 0.55 * dry);
     out.color = mix(mix(vec3(0.056, 0.078, 0.018), vec3(0.100, 0.112, 0.030), dry), vec3(0.240, 0.185, 0.085), straw)
         * (0.7 + 0.6 * unit(hash(own, 6u)));
-    out.world = p;
     out.root = root;
     out.along = along;
     out.normal = normalize(vec3(out_way.x * 0.6, 1.0, out_way.y * 0.6));
@@ -101,14 +101,15 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
 
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
-    let normal = normalize(in.normal);
+    let normal = in.normal;
+    let along = select(0.5, in.along, in.along >= 0.0 && in.along <= 1.0); // not a number neither
     let sun = frame.sun_direction;
-    let view = normalize(frame.eye - in.world);
-    let reach = sun_visibility(in.world, vec3(0.0), in.clip.xy, min(frame.shadow_taps, 4u), 1.5);
+    let view = normalize(frame.eye - in.root);
+    let reach = sun_visibility(in.root + vec3(0.0, 0.06, 0.0), vec3(0.0), in.clip.xy, min(frame.shadow_taps, 4u), 1.5);
     // Blades pass light as leaves do: brighter against the sun.
     let through = pow(max(-dot(view, sun), 0.0), 3.0);
     let lit = 0.55 * max(dot(normal, sun), 0.0) + 0.25 + 0.9 * through;
-    let deep = mix(0.28, 1.0, in.along);
-    let light = frame.sun_color * (reach * lit * mix(0.5, 1.0, in.along) / PI) + ambient(normal) * deep;
-    return vec4(through_air(in.color * light, in.world), 1.0);
+    let deep = mix(0.28, 1.0, along);
+    let light = frame.sun_color * (reach * lit * mix(0.5, 1.0, along) / PI) + ambient(normal) * deep;
+    return vec4(through_air(in.color * light, in.root), 1.0);
 }

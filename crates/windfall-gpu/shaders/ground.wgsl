@@ -15,6 +15,22 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
     return out;
 }
 
+// How trodden the ground is at a place, 0 to 1.
+fn trodden(at: vec2<f32>, wobble: f32) -> f32 {
+    var worn = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let half_width = frame.trail_widths[i];
+        if half_width > 0.0 {
+            let trail = frame.trails[i];
+            let way = trail.zw - trail.xy;
+            let along = clamp(dot(at - trail.xy, way) / max(dot(way, way), 1e-6), 0.0, 1.0);
+            let off = distance(at, trail.xy + way * along) / half_width;
+            worn = max(worn, 1.0 - smoothstep(0.55, 1.25, off + wobble));
+        }
+    }
+    return worn;
+}
+
 // What the floor is made of at a place.
 struct Floor {
     color: vec3<f32>,
@@ -39,10 +55,10 @@ fn dead_leaves_mean() -> vec3<f32> {
 }
 
 // Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
-fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32) -> Floor {
+fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) -> Floor {
     var top = under;
     let share = 1.0 - pow(1.0 - 0.5 * covered, 3.0);
-    let far = Floor(mix(under.color, dead_leaves_mean(), share), mix(under.height, 0.55, share), under.lean);
+    let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
     let blur = smoothstep(0.25, 0.85, width);
     if blur >= 1.0 || !has(GROUND_DETAIL) {
@@ -118,17 +134,19 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let fine = fractal_noise2(at * 3.3, width * 3.3, 22u);
     let tufts = fractal_noise2(at * 1.15, width * 1.15, 27u);
     let grains = fractal_noise2(at * 29.0, width * 29.0, 23u);
-    let grassy = growth;
+    let worn = trodden(at, 0.8 * tufts + 0.5 * fine);
+    let grassy = growth * (1.0 - worn);
     // Short grass: greener in the hollows, straw where it is dry.
     let dry = smoothstep(-0.2, 0.3, broad + 0.6 * tufts);
     var grass = mix(vec3(0.044, 0.060, 0.016), vec3(0.112, 0.102, 0.036), dry);
     grass *= clamp(1.0 + 1.3 * fine + 0.9 * tufts + 0.8 * grains, 0.25, 2.2);
-    let earth = vec3(0.068, 0.046, 0.029) * clamp(1.0 + 0.9 * fine + 1.1 * grains + 0.6 * tufts, 0.3, 2.0);
+    let earth = mix(vec3(0.068, 0.046, 0.029), vec3(0.150, 0.108, 0.070), worn) * clamp(1.0 + 0.9 * fine + 1.1 * grains + 0.6 * tufts, 0.3, 2.0);
     let bumps = vec2(fine, tufts) * 0.8 + grains * 0.6;
     let under = Floor(mix(earth, grass, grassy), 0.28 + 0.5 * tufts, bumps * 0.6);
     let drifts = fractal_noise2(at * 0.27 + 40.0, width * 0.27, 24u) + 0.5 * fine + 0.35 * broad;
-    let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy);
-    let cover = litter(at * 8.3, width * 8.3, under, covered);
+    let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy) * (1.0 - 0.82 * worn);
+    let clumps = clamp(0.55 + 0.75 * heap + 1.0 * fine + 0.8 * grains, 0.25, 1.9);
+    let cover = litter(at * 8.3, width * 8.3, under, covered, clumps);
     let normal = normalize(in.normal);
     let relief = 1.0 - smoothstep(0.02, 0.12, width);
     let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));

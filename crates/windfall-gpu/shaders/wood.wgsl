@@ -76,9 +76,9 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
         let lenticel = smoothstep(0.19, 0.28, lines) * coarse;
         let scars = value_noise2(p * vec2(0.5, 0.8) + patchy, 4u) + 0.5 * fine;
         // The foot is rough and black.
-        let foot = 0.35 * clamp(1.6 - high, 0.0, 1.6);
+        let foot = 0.16 * clamp(1.4 - high, 0.0, 1.4);
         let scar = smoothstep(0.84, 0.96, scars + foot);
-        let grey = 0.10 + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
+        let grey = 0.10 + 0.25 * clamp(1.2 - high, 0.0, 1.2) + 0.45 * patchy + 0.25 * fine + 0.25 * lines;
         return Bark(0.7 - 0.5 * scar + 0.2 * fine, clamp(max(max(0.6 * lenticel, scar), grey), 0.0, 1.0));
     }
     if surface.pattern == 1u {
@@ -99,18 +99,28 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     return Bark(mix(0.7, height, contrast), clamp(0.4 + contrast * (0.45 - 0.8 * height) + 0.6 * patchy, 0.0, 1.0));
 }
 
+// Slope of the bark's finer relief, which is the same on all kinds: ridges along, chinks across.
+fn rough_slope(p: vec2<f32>) -> vec2<f32> {
+    let step = 0.06;
+    var heights = vec3(0.0);
+    for (var i = 0u; i < 3u; i++) {
+        let q = p + step * vec2(select(0.0, 1.0, i == 1u), select(0.0, 1.0, i == 2u));
+        heights[i] = value_noise2(q * vec2(4.3, 1.1), 14u) + 0.45 * value_noise2(q * vec2(11.0, 4.0), 15u);
+    }
+    return (heights.yz - heights.x) / step;
+}
+
 @fragment
 fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let surface = surfaces[in.material];
     var albedo = surface.base_color;
     // Sampled outside of branches: derivatives need every pixel of a quad.
     let texel = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0));
-    let metres = sqrt(max(length(dpdx(in.uv)) * length(dpdy(in.uv)), 1e-10));
-    var surface_bark = Bark(1.0, 0.0);
-    if surface.pattern != 0u {
-        surface_bark = bark(surface, in.uv, metres, in.high);
-    }
-    let rise = vec2(dpdx(surface_bark.height), dpdy(surface_bark.height));
+    // What branches hide from the pixels about an edge has no derivatives: those of the coordinates,
+    // and steps along them, stand for the relief's.
+    let uv_x = dpdx(in.uv);
+    let uv_y = dpdy(in.uv);
+    let metres = sqrt(max(length(uv_x) * length(uv_y), 1e-10));
     let world_x = dpdx(in.world);
     let world_y = dpdy(in.world);
     if surface.layer >= 0 {
@@ -120,13 +130,16 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     var normal = plane;
     var open = 1.0;
     if surface.pattern != 0u {
+        let surface_bark = bark(surface, in.uv, metres, in.high);
         albedo *= mix(surface.ridge, surface.groove, surface_bark.dark);
-        if has(BARK_RELIEF) {
+        if has(BARK_RELIEF) && metres < 0.6 * surface.scale {
+            let slope_uv = rough_slope(in.uv / surface.scale) * surface_bark.height / surface.scale;
+            let rise = vec2(dot(slope_uv, uv_x), dot(slope_uv, uv_y));
             // The height as a bump (Mikkelsen, "Bump Mapping Unparametrized Surfaces on the GPU", 2010).
             let r1 = cross(world_y, normal);
             let r2 = cross(normal, world_x);
             let area = dot(world_x, r1);
-            let depth = surface.scale * 0.16;
+            let depth = surface.scale * 0.09;
             let slope = sign(area) * (rise.x * r1 + rise.y * r2) * depth;
             normal = normalize(abs(area) * normal - slope + plane * 1e-9);
             open = clamp(0.45 + 0.75 * surface_bark.height, 0.3, 1.0);

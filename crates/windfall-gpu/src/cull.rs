@@ -205,9 +205,9 @@ impl Trees {
     }
 
     /// The frame's numbers.
-    pub fn frame(&self, lists: [TreeList; VIEWS], view: &View, size: (u32, u32)) -> CullFrame {
+    pub fn frame(&self, lists: &[TreeList; VIEWS], view: &View, size: (u32, u32)) -> CullFrame {
         CullFrame {
-            lists,
+            lists: *lists,
             near: view.camera.near,
             width: size.0 as f32,
             height: size.1 as f32,
@@ -542,10 +542,10 @@ mod tests {
                     let on_gpu = &on_gpu[index * places..(index + 1) * places];
                     let words = &words[5 * index * draws..5 * (index + 1) * draws];
                     simplified += compare(&forest, &on_cpu, wood, on_gpu, words);
-                    if !wood {
-                        tallies = on_cpu.tallies;
-                    } else {
+                    if wood {
                         tallies[4] += on_cpu.tallies[4];
+                    } else {
+                        tallies = on_cpu.tallies;
                     }
                 }
                 let counted = |i: usize| {

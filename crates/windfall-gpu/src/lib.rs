@@ -30,6 +30,6 @@ pub use pass::sky::{SkyPicture, SkyPictureError};
 pub use quality::Quality;
 pub use renderer::{Canvas, Renderer, Target};
 pub use strategy::{Elimination, Strategy, UnknownName};
-pub use view::{Camera, Culling, Show, Sky, View};
+pub use view::{Camera, Culling, Show, Sky, Trail, View};
 pub use wgpu;
 pub use wgpu_profiler;

@@ -4,6 +4,7 @@ use crate::strategy::UnknownName;
 
 /// Effects, each by itself; three presets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "effects that are on or off, each by itself")]
 pub struct Quality {
     /// Texels along a side of a shadow map, 256 to 2048.
     pub shadow_size: u32,

@@ -18,6 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, OwningScope, Scope};
 use windfall_core::forest::Frustum;
 use windfall_core::light::SkyTable;
+use windfall_core::wind::Wind;
 
 /// Samples per pixel.
 pub(crate) const SAMPLES: u32 = 4;
@@ -107,14 +108,18 @@ fn sky_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-/// What the shaders need to know of a forest: its wind, the land about it, what its litter is.
-fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
-    let wind = &forest.wind;
+/// Fills in the wind.
+pub(crate) fn describe_wind(frame: &mut Frame, wind: &Wind) {
     frame.gusts =
         wind.gusts.map(|g| Vec4::new(g.amplitude.x, g.amplitude.y, g.cycles as f32, g.phase));
     frame.wind_mean = wind.mean;
     frame.wind_travel = wind.travel;
     frame.wind_slowness = wind.slowness;
+}
+
+/// What the shaders need to know of a forest: its wind, the land about it, what its litter is.
+fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
+    describe_wind(frame, &forest.wind);
     frame.backdrop = forest.ground.backdrop;
     // Late autumn's colours of all models; of those without a palette, brown.
     let late = |palette: &[Vec4; 8]| (palette[4] + palette[5] + palette[6]).truncate() / 3.0;
@@ -413,7 +418,7 @@ impl Renderer {
         } else {
             let cull = CullFrame {
                 top_level: canvas.pyramid.top_level(),
-                ..forest.trees.frame(lists, view, (canvas.width, canvas.height))
+                ..forest.trees.frame(&lists, view, (canvas.width, canvas.height))
             };
             queue.write_buffer(&gpu.uniform, 0, bytemuck::bytes_of(&cull));
             encoder.clear_buffer(&gpu.arguments, gpu.tallies_offset(), None);
@@ -467,7 +472,7 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.change(&mut pass, falls);
         }
-        for i in 0..views - 1 {
+        for (i, cascade) in cascades.iter().enumerate().take(views - 1) {
             let mut pass = scope.scoped_render_pass(
                 format!("shadow {i}"),
                 wgpu::RenderPassDescriptor {
@@ -484,7 +489,7 @@ impl Renderer {
                 },
             );
             pass.set_bind_group(0, &self.shadow_frames[i].group, &[]);
-            let size = cascades[i].size as f32;
+            let size = cascade.size as f32;
             pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
             let fade = view.shadow_detail.fade.by;
             self.wood.draw(&mut pass, forest, wood(i + 1), DrawTarget::Shadow);

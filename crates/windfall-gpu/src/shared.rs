@@ -138,6 +138,10 @@ gpu_struct! {
         /// Where the land beyond the terrain begins: height of the ground at the origin, its rise
         /// along x and z, distance from the origin.
         pub backdrop: Vec4,
+        /// Trodden paths: two ends along x and z each.
+        pub trails: [Vec4; 4],
+        /// Half widths of the paths, metres; 0 is none.
+        pub trail_widths: Vec4,
         /// Linear colour of leaves that have just fallen.
         pub litter: Vec3,
         /// Factor on radiance before tone mapping.

@@ -77,6 +77,17 @@ impl Sky {
     }
 }
 
+/// A trodden path on the ground, straight between two places.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Trail {
+    /// One end: x and z, metres.
+    pub from: Vec2,
+    /// The other end.
+    pub to: Vec2,
+    /// Half of its width, metres; 0, the default, is no path.
+    pub radius: f32,
+}
+
 /// Everything that changes from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
@@ -90,6 +101,8 @@ pub struct View {
     pub season: f32,
     /// What grows on the ground: 0 bare of grass, 0.5 litter and grass in patches, 1 a meadow.
     pub meadow: f32,
+    /// Paths that feet have kept bare.
+    pub trails: [Trail; 4],
     /// Whether the sun casts shadows.
     pub shadows: bool,
     /// What colours mean.
@@ -205,6 +218,7 @@ impl View {
             time: 0.0,
             season: 0.5,
             meadow: 0.4,
+            trails: [Trail::default(); 4],
             shadows: true,
             show: Show::Picture,
             detail: Simplification::default(),
@@ -238,6 +252,8 @@ impl View {
             wind_mean: Vec2::ZERO,
             wind_travel: Vec2::ZERO,
             backdrop: Vec4::ZERO,
+            trails: self.trails.map(|t| t.from.extend(t.to.x).extend(t.to.y)),
+            trail_widths: Vec4::from(self.trails.map(|t| t.radius.max(0.0))),
             litter: Vec3::ZERO,
             exposure: self.sky.exposure.exp2(),
             width: width as f32,

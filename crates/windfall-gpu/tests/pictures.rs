@@ -3,15 +3,15 @@
 //! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
-use windfall_core::tree::{Image, Material, Surface, Tree};
+use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_gpu::{
-    Camera, Capture, Falls, GpuForest, Renderer, Target, View, wgpu, wgpu_profiler,
+    Camera, Capture, Falls, GpuForest, Quality, Renderer, Target, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
@@ -238,4 +238,118 @@ fn perturbed_pictures_fail() {
         assert!(matches!(failed, Err(Mismatch::Different { .. })), "{what}: {failed:?}");
     }
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A column of plain wood, `height` metres high and `radius` thick, and no leaf.
+fn column(radius: f32, height: f32) -> Tree {
+    let mut tree = Species::Birch.grow_with(1, 0);
+    tree.foliage.leaves.clear();
+    let mut wood = Wood { materials: tree.wood.materials[1..2].to_vec(), ..Wood::default() };
+    let (sides, rings) = (24u32, 2u32);
+    for ring in 0..rings {
+        for side in 0..sides {
+            let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
+            let normal = Vec3::new(cos, 0.0, sin);
+            let position = normal * radius + Vec3::Y * (height * ring as f32 - 0.2);
+            wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
+        }
+    }
+    let top = wood.vertices.len() as u32;
+    for side in 0..=sides {
+        let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
+        let out = if side == sides { Vec3::ZERO } else { Vec3::new(cos, 0.0, sin) * radius };
+        let position = out + Vec3::Y * (height - 0.2);
+        wood.vertices.push(WoodVertex { position, normal: Vec3::Y, uv: Vec2::ZERO, material: 0 });
+    }
+    for side in 0..sides {
+        let next = (side + 1) % sides;
+        wood.indices.extend([side, side + sides, next, next, side + sides, next + sides]);
+        wood.indices.extend([top + side, top + sides, top + next]);
+    }
+    tree.wood = wood;
+    tree
+}
+
+/// Where light is bright or dim alone matters: no sky, grass or litter to look at.
+fn plain_view(eye: Vec3, target: Vec3, elevation: f32, shadows: bool) -> View {
+    let mut view = view(eye.into(), target.into());
+    (view.sky.sun_azimuth, view.sky.sun_elevation) = (0.0, elevation);
+    (view.sky.haze, view.shadows) = (0.0, shadows);
+    view.quality = Quality { grass: false, ground_detail: false, sway: false, ..Quality::HIGH };
+    view
+}
+
+/// Looked at from where the sun is, a column is lit all over, to where its sides turn away: shadows
+/// change nothing. For a grazing sun, a steep one and one straight above; where cascades meet, too.
+#[test]
+fn what_the_sun_sees_has_no_acne() {
+    let trees = vec![column(0.5, 5.0)];
+    let forest = Forest { terrain: Terrain::flat(), instances: vec![stand(Vec3::ZERO, 0)] };
+    let gpu = upload(&trees, &forest, &Falls::none());
+    for elevation in [0.035f32, 0.3, 1.0, std::f32::consts::FRAC_PI_2] {
+        let sun = Vec3::new(0.0, elevation.sin(), elevation.cos());
+        for distance in [6.0, 13.0, 14.5, 50.0, 54.0, 150.0] {
+            let target = Vec3::new(0.0, 2.0, 0.0);
+            let eye = target + sun * distance;
+            let [with, without] = [true, false].map(|shadows| {
+                let mut view = plain_view(eye, target, elevation, shadows);
+                // A picture 0.88 m wide of a column of 1 m.
+                view.camera.fov_y = 2.0 * (0.25 / (distance - 0.5)).atan();
+                paint(&gpu, &view)
+            });
+            let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
+            let loss = with.iter().zip(&without).map(dark).sum::<f32>() / with.len() as f32;
+            assert!(loss < 0.5, "{elevation} rad, {distance} m: {loss} of 255 darker");
+            let spots = with.iter().zip(&without).filter(|&p| dark(p) > 12.0).count();
+            let share = spots as f32 / with.len() as f32;
+            assert!(share < 0.01, "{elevation} rad, {distance} m: {share} of the picture in spots");
+        }
+    }
+}
+
+/// Right behind a stick or a column, seen from the side, the ground is dark: the shadow hangs on its
+/// foot. At the distances where cascades meet, too.
+#[test]
+fn shadows_begin_at_the_foot() {
+    let cases = [(0.05, 6.0), (0.05, 12.5), (0.3, 14.5), (0.5, 50.0), (0.5, 56.0)];
+    for (radius, distance) in cases {
+        let forest = Forest { terrain: Terrain::flat(), instances: vec![stand(Vec3::ZERO, 0)] };
+        let gpu = upload(&[column(radius, 5.0)], &forest, &Falls::none());
+        for elevation in [0.2f32, 0.8] {
+            let eye = Vec3::new(distance, 0.35 * distance, 0.0);
+            let behind = Vec3::new(0.0, 0.0, -1.2 * radius - 0.02);
+            let [with, without] = [true, false].map(|shadows| {
+                let mut view = plain_view(eye, behind, elevation, shadows);
+                // Narrow: the middle of the picture is that place alone.
+                view.camera.fov_y = 2.0 * (3.0 * radius / distance).atan();
+                paint(&gpu, &view)
+            });
+            let middle = ((SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) * 4) as usize;
+            let light = |p: &[u8]| p[middle..middle + 3].iter().map(|&v| f32::from(v)).sum::<f32>();
+            let left = light(&with) / light(&without);
+            assert!(left < 0.85, "{elevation} rad, {distance} m: {left} of the light is left");
+        }
+    }
+}
+
+/// Two stops below the curve's bend, a stop more is twice the light in the picture.
+#[test]
+fn a_stop_doubles_the_picture() {
+    let forest = Forest { terrain: Terrain::rolling(200.0, 3.0, 1), instances: Vec::new() };
+    let gpu = upload(&[], &forest, &Falls::none());
+    let at = |stops: f32| {
+        let mut view = view([0.0, 4.0, 20.0], [0.0, 4.0, 0.0]);
+        view.sky.exposure = stops;
+        paint(&gpu, &view)
+    };
+    let linear = |byte: u8| {
+        let c = f32::from(byte) / 255.0;
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    };
+    let (dim, bright) = (at(-3.0), at(-2.0));
+    let mean = |p: &[u8]| {
+        p.chunks_exact(4).flat_map(|c| &c[..3]).map(|&b| linear(b)).sum::<f32>() / p.len() as f32
+    };
+    let ratio = mean(&bright) / mean(&dim);
+    assert!((ratio - 2.0).abs() < 0.03, "{ratio}");
 }

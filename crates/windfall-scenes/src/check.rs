@@ -92,8 +92,14 @@ impl Scene {
                 return Err(InputError::new(file, place, InputErrorKind::Missing, cause));
             }
         }
-        for (i, strip) in self.keep_out.iter().enumerate() {
-            let place = format!("keep_out[{i}]");
+        if self.trails.len() > 4 {
+            return fail("trails", self.trails.len().to_string(), "are more than 4");
+        }
+        let strips = self.keep_out.iter().enumerate().map(|s| ("keep_out", s));
+        for (list, (i, strip)) in
+            strips.chain(self.trails.iter().enumerate().map(|s| ("trails", s)))
+        {
+            let place = format!("{list}[{i}]");
             for value in [strip.from.0, strip.from.1, strip.to.0, strip.to.1] {
                 number(&place, value, -FARTHEST, FARTHEST)?;
             }

@@ -9,6 +9,7 @@ use windfall_gpu::View;
 /// How trees are simplified: see [`Simplification`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own in the file")]
 pub struct DetailEntry {
     /// Share of its size at which a tree is drawn with half of its leaves, 0 to 0.99; 0 draws all.
     pub h: f32,

@@ -61,6 +61,9 @@ pub struct Scene {
     /// Where no trunk may stand.
     #[serde(default)]
     pub keep_out: Vec<Capsule>,
+    /// Trodden paths, up to four.
+    #[serde(default)]
+    pub trails: Vec<Capsule>,
     /// The ground.
     #[serde(default)]
     pub terrain: Ground,

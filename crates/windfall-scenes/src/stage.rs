@@ -9,7 +9,7 @@ use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
-use windfall_gpu::{Camera, Falls, Show, Sky, View};
+use windfall_gpu::{Camera, Falls, Show, Sky, Trail, View};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -142,6 +142,7 @@ impl Scene {
             time,
             season: self.season,
             meadow: self.terrain.meadow,
+            trails: self.trails(),
             shadows: self.shadows,
             show: Show::default(),
             detail: self.detail.simplification(),
@@ -149,6 +150,15 @@ impl Scene {
             culling: self.culling.parse().unwrap_or_default(),
             quality: self.quality.parse().unwrap_or_default(),
         }
+    }
+
+    fn trails(&self) -> [Trail; 4] {
+        let mut trails = [Trail::default(); 4];
+        for (trail, strip) in trails.iter_mut().zip(&self.trails) {
+            let (from, to) = (Vec2::from(strip.from), Vec2::from(strip.to));
+            *trail = Trail { from, to, radius: strip.radius };
+        }
+        trails
     }
 
     /// The moment of a frame, clamped to the scene's frames.

@@ -199,6 +199,7 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
         time,
         season: 0.55,
         meadow: 0.5,
+        trails: Default::default(),
         shadows: false,
         detail: Simplification::NONE,
         quality: Quality::LOW,

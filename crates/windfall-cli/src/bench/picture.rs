@@ -11,9 +11,6 @@ use std::path::PathBuf;
 use windfall_gpu::{Quality, View};
 use windfall_scenes::{NAMES, named};
 
-/// Frames drawn before any is measured: pipelines compile.
-const WARM_UP: u32 = 1;
-
 /// Arguments of `windfall bench picture`.
 #[derive(clap::Args)]
 pub struct Args {
@@ -94,12 +91,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let Ok(stage) = built;
         let forest = easel.forest(&gpu, &stage, &stage.falls);
         let mut walls: Vec<Vec<f64>> = vec![Vec::new(); kinds.len()];
-        for round in 0..WARM_UP + args.frames {
+        // In the first round pipelines compile: it is not measured.
+        for round in 0..=args.frames {
             for ((_, quality), walls) in kinds.iter().zip(&mut walls) {
                 let view = scene.view(scene.time, &stage.forest.terrain);
                 let view = View { quality: *quality, ..view };
                 let frame = easel.frame(&mut gpu, &forest, &view)?;
-                if round >= WARM_UP {
+                if round > 0 {
                     walls.push(frame.wall);
                 }
             }

@@ -51,11 +51,11 @@ struct Medium {
 }
 
 impl Atmosphere {
-    fn medium(&self, height: f32) -> Medium {
+    fn medium(self, height: f32) -> Medium {
         let rayleigh = RAYLEIGH * (-height / RAYLEIGH_HEIGHT).exp();
         // Turbidity compares optical depths at 550 nm.
-        // (A NaN is the clearest air.)
-        let depth = (self.turbidity.max(1.0).min(10.0) - 1.0) * RAYLEIGH.y * RAYLEIGH_HEIGHT;
+        let turbidity = if self.turbidity.is_nan() { 1.0 } else { self.turbidity.clamp(1.0, 10.0) };
+        let depth = (turbidity - 1.0) * RAYLEIGH.y * RAYLEIGH_HEIGHT;
         let haze = depth / MIE_HEIGHT * (-height / MIE_HEIGHT).exp();
         let ozone = OZONE * (1.0 - (height - 25.0).abs() / 15.0).max(0.0);
         Medium { rayleigh, mie: haze * MIE_ALBEDO, extinction: rayleigh + haze + ozone }
@@ -63,7 +63,7 @@ impl Atmosphere {
 
     /// Share of the light that passes from `radius` to the top of the air, at a cosine with the
     /// vertical; nothing where the ground is in the way.
-    fn transmittance(&self, radius: f32, cosine: f32) -> Vec3 {
+    fn transmittance(self, radius: f32, cosine: f32) -> Vec3 {
         const STEPS: u32 = 40;
         if ground_ahead(radius, cosine) {
             return Vec3::ZERO;
@@ -82,7 +82,7 @@ impl Atmosphere {
     }
 
     /// The sky at a height of the sun, radians; below the horizon it is taken as 0.
-    pub fn sky(&self, elevation: f32) -> SkyTable {
+    pub fn sky(self, elevation: f32) -> SkyTable {
         SkyTable::new(self, elevation.max(0.0))
     }
 }
@@ -139,8 +139,8 @@ impl Table {
 }
 
 /// What scattering a ray through the air needs.
-struct Scattering<'a> {
-    air: &'a Atmosphere,
+struct Scattering {
+    air: Atmosphere,
     sun: Table,
 }
 
@@ -152,7 +152,7 @@ struct Scattered {
     share: Vec3,
 }
 
-impl Scattering<'_> {
+impl Scattering {
     /// Along a ray from `height`; `cosine` with the vertical, `sun` the sun's there, `towards` the
     /// cosine between ray and sun. `multiple` gives what is scattered more than once; without it
     /// the phase functions are isotropic, as the approximation wants.
@@ -254,7 +254,7 @@ impl SkyTable {
     /// Columns and rows.
     pub const SIDE: usize = 64;
 
-    fn new(air: &Atmosphere, elevation: f32) -> Self {
+    fn new(air: Atmosphere, elevation: f32) -> Self {
         let side = Self::SIDE;
         let transmitted = Table::new(64, 24, |h, cosine| air.transmittance(GROUND + h, cosine));
         let scattering = Scattering { air, sun: transmitted };

@@ -38,7 +38,6 @@ pub fn fresnel(cosine: f32) -> f32 {
 /// `normal` is on the viewer's side, `facing` its cosine with the light, `light` and `view` unit
 /// vectors away from the leaf. `volume` is the cosine of the bent normal with the light, and `bend`
 /// its share of the diffuse reflection, `0..=1`.
-#[expect(clippy::too_many_arguments, reason = "the shader has the same")]
 pub fn scatter(
     color: Vec3,
     normal: Vec3,

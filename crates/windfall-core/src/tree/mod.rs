@@ -41,8 +41,8 @@ pub struct WoodVertex {
     pub position: Vec3,
     /// Unit normal.
     pub normal: Vec3,
-    /// Texture coordinates, texture transform applied. For [`Surface::Bark`]: `x` turns once
-    /// around the branch per whole number, `y` is metres along it.
+    /// Texture coordinates, texture transform applied. For [`Surface::Bark`]: metres around
+    /// the branch at its foot, and along it.
     pub uv: Vec2,
     /// Index into [`Wood::materials`].
     pub material: u32,

@@ -8,6 +8,8 @@ mod grass;
 pub(crate) mod ground;
 pub(crate) mod hiz;
 mod leaves;
+#[cfg(test)]
+mod light_tests;
 mod listed;
 mod litter;
 pub(crate) mod shadow;

@@ -168,9 +168,10 @@ impl Forest {
             root.fill(&WHITE).map_err(|e| failed(&e))?;
             let (left, right) = root.split_horizontally(450);
             let most = self.rows.iter().map(|r| 1e3 / r.wall_ms.median).fold(0.0, f64::max) * 1.05;
-            let panels: [(_, &str, f64, &dyn Fn(&HRow) -> f64); 2] = [
-                (left, "total level of detail over h", 1.0, &|r: &HRow| r.lambda_total),
-                (right, "frames per second over h", most, &|r: &HRow| 1e3 / r.wall_ms.median),
+            type Of = fn(&HRow) -> f64;
+            let panels: [(_, &str, f64, Of); 2] = [
+                (left, "total level of detail over h", 1.0, |r| r.lambda_total),
+                (right, "frames per second over h", most, |r| 1e3 / r.wall_ms.median),
             ];
             for (area, caption, high, of) in panels {
                 let mut chart = ChartBuilder::on(&area)

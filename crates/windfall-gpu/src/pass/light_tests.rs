@@ -1,0 +1,286 @@
+//! The shaders' light and motion against their twins in `windfall-core`: the shipped functions, run
+//! over buffers.
+
+use super::compose;
+use crate::pass::sky::{SkyLight, sky_texture};
+use crate::shared::Frame;
+use crate::view::{Camera, Sky, View};
+use glam::{Vec2, Vec3, Vec4};
+use wgpu::util::DeviceExt;
+use windfall_core::light::{Atmosphere, SkyTable, leaf};
+use windfall_core::rng::Rng;
+use windfall_core::sway;
+use windfall_core::wind::Wind;
+
+fn frame(time: f32, wind: &Wind, light: &SkyLight) -> Frame {
+    let camera = Camera { eye: Vec3::ZERO, target: Vec3::X, fov_y: 1.0, near: 0.1 };
+    let view = View { time, ..View::new(camera) };
+    let mut frame = view.frame(16, 9, light, false);
+    crate::renderer::describe_wind(&mut frame, wind);
+    frame
+}
+
+/// Runs `body`, WGSL that makes of `a` (two vectors) the vector `out`, for every input.
+fn run(frame: &Frame, light: &SkyLight, more: &str, body: &str, inputs: &[[Vec4; 4]]) -> Vec<Vec4> {
+    let (device, queue) = windfall_testing::device();
+    let kernel = format!(
+        "@group(1) @binding(0) var<storage, read> inputs: array<array<vec4<f32>, 4>>;
+        @group(1) @binding(1) var<storage, read_write> outputs: array<vec4<f32>>;
+        @compute @workgroup_size(64)
+        fn kernel(@builtin(global_invocation_id) id: vec3<u32>) {{
+            if id.x >= arrayLength(&inputs) {{ return; }}
+            let a = inputs[id.x];
+            var out = vec4(0.0);
+            {body}
+            // Keeps the frame in the layout whatever the body needs of it.
+            out.w += frame.time * 0.0 + textureSampleLevel(sky_table, sky_sampler, vec2(0.5), 0.0).r * 0.0;
+            outputs[id.x] = out;
+        }}"
+    );
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("light test"),
+        source: wgpu::ShaderSource::Wgsl(compose(&[more, &kernel]).into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("light test"),
+        layout: None,
+        module: &module,
+        entry_point: Some("kernel"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: bytemuck::bytes_of(frame),
+        usage: wgpu::BufferUsages::UNIFORM,
+    });
+    let input = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: bytemuck::cast_slice(inputs),
+        usage: wgpu::BufferUsages::STORAGE,
+    });
+    let size = inputs.len() as u64 * 16;
+    let buffer = |usage| {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
+    };
+    let output = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+    let read = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+    let side = SkyTable::SIDE as u32;
+    let table = sky_texture(&device, "sky table", side, side);
+    light.write(&queue, &table);
+    let table = table.create_view(&Default::default());
+    let (picture_view, sampler);
+    let picture = sky_texture(&device, "no picture", 1, 1);
+    picture_view = picture.create_view(&Default::default());
+    sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+        address_mode_u: wgpu::AddressMode::Repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    });
+    let mut entries = vec![
+        wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+        wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&table) },
+        wgpu::BindGroupEntry { binding: 5, resource: wgpu::BindingResource::Sampler(&sampler) },
+    ];
+    if body.contains("sky_radiance") {
+        let resource = wgpu::BindingResource::TextureView(&picture_view);
+        entries.push(wgpu::BindGroupEntry { binding: 4, resource });
+    }
+    let group = |index, entries: &[wgpu::BindGroupEntry<'_>]| {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(index),
+            entries,
+        })
+    };
+    let groups = [
+        group(0, &entries),
+        group(
+            1,
+            &[
+                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+            ],
+        ),
+    ];
+    let mut encoder = device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &groups[0], &[]);
+        pass.set_bind_group(1, &groups[1], &[]);
+        pass.dispatch_workgroups((inputs.len() as u32).div_ceil(64), 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&output, 0, &read, 0, size);
+    queue.submit([encoder.finish()]);
+    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let bytes = read.slice(..).get_mapped_range();
+    bytemuck::cast_slice(&bytes).to_vec()
+}
+
+fn light() -> SkyLight {
+    SkyLight::new(&Sky::default(), None)
+}
+
+fn unit_vector(rng: &mut Rng) -> Vec3 {
+    Vec3::new(rng.normal(), rng.normal(), rng.normal()).normalize_or(Vec3::Y)
+}
+
+#[test]
+fn leaves_scatter_as_on_the_cpu() {
+    let mut rng = Rng::new(1);
+    let inputs: Vec<[Vec4; 4]> = (0..4096)
+        .map(|_| {
+            let (light, view) = (unit_vector(&mut rng), unit_vector(&mut rng));
+            let normal = unit_vector(&mut rng);
+            let normal = if normal.dot(view) < 0.0 { -normal } else { normal };
+            let color = Vec3::new(rng.unit(), rng.unit(), rng.unit()) * 1.3;
+            let volume = rng.range(-1.0, 1.0);
+            [color.extend(volume), normal.extend(0.3), light.extend(0.0), view.extend(0.0)]
+        })
+        .collect();
+    let light = light();
+    let body = "out = vec4(leaf_scatter(leaf_diffuse(a[0].rgb), a[1].xyz, dot(a[1].xyz, a[2].xyz),
+        a[0].w, a[1].w, a[2].xyz, a[3].xyz, true), 0.0);";
+    let got = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    for (i, out) in inputs.iter().zip(got) {
+        let [color, normal, light, view] = i.map(Vec4::truncate);
+        let want = leaf::scatter(color, normal, normal.dot(light), i[0].w, i[1].w, light, view);
+        let off = (out.truncate() - want).abs().max_element();
+        assert!(off <= 1e-3 * want.max_element().max(0.1), "{i:?}: {out} for {want}");
+    }
+}
+
+/// A furnace of radiance 1 from everywhere, summed in the shader over 20,000 directions of a
+/// spherical Fibonacci lattice, for colours up to and beyond white and views to grazing.
+#[test]
+fn a_leaf_in_a_white_furnace_gains_nothing() {
+    let bent = Vec3::new(0.6, 0.64, 0.48);
+    let mut inputs = Vec::new();
+    for color in [Vec3::ONE, Vec3::splat(1.3), Vec3::new(0.9, 0.5, 0.04), Vec3::ZERO] {
+        for n_v in [1.0f32, 0.8, 0.5, 0.25, 0.1, 0.03] {
+            let view = Vec3::new((1.0 - n_v * n_v).sqrt(), n_v, 0.0);
+            inputs.push([color.extend(0.0), Vec4::Y, bent.extend(0.0), view.extend(0.0)]);
+        }
+    }
+    let body = "let n = 20000u;
+        for (var i = 0u; i < n; i++) {
+            let y = 1.0 - (2.0 * f32(i) + 1.0) / f32(n);
+            let turn = 2.0 * PI * fract(f32(i) * 0.61803399);
+            let l = vec3(sqrt(1.0 - y * y) * cos(turn), y, sqrt(1.0 - y * y) * sin(turn));
+            out += vec4(leaf_scatter(leaf_diffuse(a[0].rgb), a[1].xyz, dot(a[1].xyz, l),
+                dot(a[2].xyz, l), 0.3, l, a[3].xyz, true), 0.0);
+        }
+        out *= 4.0 * PI / f32(n);";
+    let light = light();
+    let got = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    for (i, out) in inputs.iter().zip(got) {
+        let out = out.truncate();
+        assert!(out.max_element() <= 1.0, "{} seen at {}: {out}", i[0], i[3].y);
+        // Straight on, white leaves send nearly everything on, and black ones their gloss alone.
+        if i[3].y == 1.0 {
+            let want = if i[0].x > 0.0 { 0.88..1.0 } else { 0.0..0.1 };
+            assert!(want.contains(&out.x), "{}: {out}", i[0]);
+        }
+    }
+}
+
+#[test]
+fn ambient_light_is_that_of_the_harmonics_on_both_sides() {
+    let mut rng = Rng::new(2);
+    let light = light();
+    let inputs: Vec<[Vec4; 4]> = (0..256).map(|_| [unit_vector(&mut rng).extend(0.0); 4]).collect();
+    let frame = frame(0.0, &Wind::calm(), &light);
+    for (side, body) in [
+        (1.0, "out = vec4(ambient_two_sided(a[0].xyz).front, 0.0);"),
+        (-1.0, "out = vec4(ambient_two_sided(a[0].xyz).back, 0.0);"),
+    ] {
+        for (i, out) in inputs.iter().zip(run(&frame, &light, "", body, &inputs)) {
+            let want = light.ambient.irradiance(i[0].truncate() * side);
+            assert!((out.truncate() - want).length() < 1e-4, "{}: {out} for {want}", i[0]);
+        }
+    }
+}
+
+#[test]
+fn the_sky_is_that_of_the_table() {
+    let mut rng = Rng::new(3);
+    let sky = Sky::default();
+    let light = light();
+    let table = Atmosphere { turbidity: sky.turbidity }.sky(sky.sun_elevation);
+    let sun = sky.sun_direction();
+    let heading = Vec2::new(sun.x, sun.z).normalize_or(Vec2::Y);
+    let inputs: Vec<[Vec4; 4]> = (0..512).map(|_| [unit_vector(&mut rng).extend(0.0); 4]).collect();
+    let frame = frame(0.0, &Wind::calm(), &light);
+    let body = "out = vec4(sky_radiance(a[0].xyz), 0.0);";
+    for (i, out) in inputs.iter().zip(run(&frame, &light, "", body, &inputs)) {
+        let want = table.towards(i[0].truncate(), heading);
+        // Half floats, and eighths of a texel's 256th.
+        let off = (out.truncate() - want).abs().max_element();
+        assert!(off < 0.02 * want.max_element() + 1e-3, "{}: {out} for {want}", i[0]);
+    }
+}
+
+#[test]
+fn trees_sway_as_on_the_cpu() {
+    let mut rng = Rng::new(4);
+    let light = light();
+    let wind = Wind::new(5.0, 0.8, 0.8, 3);
+    for time in [0.0, 12.34, 3000.5, -7.25] {
+        let inputs: Vec<[Vec4; 4]> = (0..512)
+            .map(|_| {
+                let rest = Vec3::new(
+                    rng.range(-90.0, 90.0),
+                    rng.range(-2.0, 20.0),
+                    rng.range(-90.0, 90.0),
+                );
+                [rest.extend(rng.range(-3.0, 3.0)); 4]
+            })
+            .collect();
+        let body = "out = vec4(sway(a[0].xyz, a[0].w), 0.0);";
+        for (i, out) in
+            inputs.iter().zip(run(&frame(time, &wind, &light), &light, "", body, &inputs))
+        {
+            let want = sway::offset(&wind, i[0].truncate(), i[0].w, f64::from(time));
+            // The shader's sine is good to a thousandth; the whole motion is some decimetres.
+            assert!(
+                (out.truncate() - want).length() < 3e-3,
+                "{} at {time}: {out} for {want}",
+                i[0]
+            );
+        }
+    }
+}
+
+/// A stop more is twice the radiance before the curve, and dim light passes the curve as it is.
+#[test]
+fn exposure_doubles_before_the_curve() {
+    let light = light();
+    let inputs: Vec<[Vec4; 4]> =
+        (0..256).map(|i| [Vec4::new(1.0, 0.7, 0.2, 0.0) * (i as f32 / 64.0); 4]).collect();
+    let source = include_str!("../../shaders/tone_map.wgsl");
+    let frame = frame(0.0, &Wind::calm(), &light);
+    let once = run(&frame, &light, source, "out = vec4(neutral(2.0 * a[0].rgb), 0.0);", &inputs);
+    let body = "out = vec4(neutral(a[0].rgb * exp2(1.0)), 0.0);";
+    let stop = run(&frame, &light, source, body, &inputs);
+    let plain = run(&frame, &light, source, "out = vec4(neutral(a[0].rgb), 0.0);", &inputs);
+    let mut last = Vec4::ZERO;
+    for ((i, plain), (once, stop)) in inputs.iter().zip(&plain).zip(once.iter().zip(&stop)) {
+        assert!((*once - *stop).abs().max_element() < 1e-5);
+        assert!(
+            plain.max_element() < 1.0 && plain.x >= last.x,
+            "the curve rises and stays below 1"
+        );
+        last = *plain;
+        if i[0].x < 0.6 {
+            assert!((*plain - i[0]).truncate().length() < 1e-6);
+        }
+    }
+}
