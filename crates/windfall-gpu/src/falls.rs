@@ -21,6 +21,9 @@ use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
+/// What is bound where there is nothing: as large as the largest element.
+pub(crate) const EMPTY: &[u8] = &[0; size_of::<Model>()];
+
 /// Threads of a workgroup, and the grain of slots.
 pub(crate) const GROUP: u32 = 64;
 
@@ -186,9 +189,9 @@ impl GpuFalls {
         frame.bin_count = plan.bins.len() as u32;
         frame.group_count = plan.groups.len() as u32;
 
-        // A binding may not be smaller than one element; the largest, `Model`, has 176 bytes.
+        // A binding may not be smaller than one element.
         let storage = |label, contents: &[u8]| {
-            let contents = if contents.is_empty() { &[0; 256] } else { contents };
+            let contents = if contents.is_empty() { EMPTY } else { contents };
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
@@ -198,7 +201,7 @@ impl GpuFalls {
         let empty = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(256),
+                size: size.max(EMPTY.len() as u64),
                 usage: usage | wgpu::BufferUsages::STORAGE,
                 mapped_at_creation: false,
             })

@@ -43,7 +43,7 @@
 //! let target = Target { canvas: &canvas, picture };
 //! let stats = renderer.render(queue, &mut encoder, profiler, &gpu_forest, &view, target);
 //! queue.submit([encoder.finish()]);
-//! println!("{} of {} trees in view", stats.trees_visible, stats.trees);
+//! println!("{} leaves on {} trees", stats.leaves_total, stats.trees);
 //! # }
 //! ```
 //!

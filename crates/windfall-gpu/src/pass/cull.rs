@@ -3,6 +3,7 @@
 use super::hiz::{HiZ, Pyramid};
 use super::{Shaders, compose};
 use crate::cull::{BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees};
+use crate::falls::EMPTY;
 use crate::shared::{CullFrame, Model, TreeInstance};
 use wgpu::util::DeviceExt;
 
@@ -112,7 +113,7 @@ impl Cull {
     ) -> GpuLists {
         // A binding may not be smaller than one element.
         let init = |label, contents: &[u8]| {
-            let contents = if contents.is_empty() { &[0; 256] } else { contents };
+            let contents = if contents.is_empty() { EMPTY } else { contents };
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(label),
                 contents,
@@ -122,7 +123,7 @@ impl Cull {
         let empty = |label, size: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: size.max(256),
+                size: size.max(EMPTY.len() as u64),
                 usage: wgpu::BufferUsages::STORAGE | usage,
                 mapped_at_creation: false,
             })

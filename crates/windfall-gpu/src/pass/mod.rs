@@ -8,12 +8,12 @@ mod grass;
 pub(crate) mod ground;
 pub(crate) mod hiz;
 mod leaves;
-#[cfg(test)]
-mod light_tests;
 mod listed;
 mod litter;
 pub(crate) mod shadow;
 pub(crate) mod sky;
+#[cfg(test)]
+mod tests;
 mod tone_map;
 mod vertex_buffer_falls;
 mod vertex_falls;

@@ -36,6 +36,9 @@ struct HRow {
     faster: f64,
 }
 
+/// What is plotted of a row.
+type OfRow = fn(&HRow) -> f64;
+
 /// What a drawn leaf costs.
 #[derive(Serialize)]
 struct LeafCost {
@@ -168,8 +171,7 @@ impl Forest {
             root.fill(&WHITE).map_err(|e| failed(&e))?;
             let (left, right) = root.split_horizontally(450);
             let most = self.rows.iter().map(|r| 1e3 / r.wall_ms.median).fold(0.0, f64::max) * 1.05;
-            type Of = fn(&HRow) -> f64;
-            let panels: [(_, &str, f64, Of); 2] = [
+            let panels: [(_, &str, f64, OfRow); 2] = [
                 (left, "total level of detail over h", 1.0, |r| r.lambda_total),
                 (right, "frames per second over h", most, |r| 1e3 / r.wall_ms.median),
             ];
