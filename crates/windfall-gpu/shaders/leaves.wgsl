@@ -20,7 +20,8 @@ struct Varyings {
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) bent_normal: vec3<f32>,
-    @location(3) uv: vec2<f32>,
+    // Of the part of the pixel that is covered: beyond a small leaf's margin is no leaf.
+    @location(3) @interpolate(perspective, centroid) uv: vec2<f32>,
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
@@ -183,6 +184,13 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     return color * shade * mix(vec3(1.0), vec3(0.78, 0.66, 0.6), dried);
 }
 
+fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+    if frame.show == SHOW_COVERAGE {
+        return vec3(1.0);
+    }
+    return through_air(leaf_radiance(in, albedo), in.world);
+}
+
 @fragment
 fn solid(in: Varyings) -> @location(0) vec4<f32> {
     return solid_color(in);
@@ -194,7 +202,7 @@ fn solid_color(in: Varyings) -> vec4<f32> {
     if surface.layer >= 0 {
         albedo = textured(in, surface).rgb;
     }
-    return vec4(through_air(leaf_radiance(in, albedo), in.world), 1.0);
+    return vec4(seen_radiance(in, albedo), 1.0);
 }
 
 fn tinted(color: vec3<f32>, surface: Surface) -> vec3<f32> {
@@ -238,7 +246,7 @@ fn masked_color(in: Varyings) -> vec4<f32> {
     // The hole's edge one pixel wide, so that coverage gives it as many steps as there are samples.
     let width = max(fwidth(texel.a), 1e-3);
     let alpha = select(1.0, clamp((texel.a - 0.5) / width + 0.5, 0.0, 1.0), surface.masked == 1u);
-    return vec4(through_air(leaf_radiance(in, texel.rgb), in.world), alpha);
+    return vec4(seen_radiance(in, texel.rgb), alpha);
 }
 
 struct Faded {
