@@ -20,8 +20,7 @@ struct Varyings {
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) bent_normal: vec3<f32>,
-    // Of the part of the pixel that is covered: beyond a small leaf's margin is no leaf.
-    @location(3) @interpolate(perspective, centroid) uv: vec2<f32>,
+    @location(3) uv: vec2<f32>,
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
@@ -72,7 +71,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.color = detail_color(tree.turn_season.w);
     }
     out.material = in.material_shed >> 24u;
-    out.ambient = in.offset_ambient.w;
+    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, tree.fade_growth.w);
     out.contrast_seen = vec2(tree.fade_growth.w, seen);
     return out;
 }
@@ -169,7 +168,8 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     let across = abs(uv.x - 0.5);
     let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
     var shade = 1.0 + 0.30 * rib * (1.0 - smoothstep(0.1, 0.4, pixel));
-    let margin = smoothstep(0.22, 0.5, across);
+    // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
+    let margin = mix(smoothstep(0.22, 0.5, across), 0.25, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
         let turns = (uv.y - 0.75 * across) * 9.0;
         let side = abs(fract(turns) - 0.5);

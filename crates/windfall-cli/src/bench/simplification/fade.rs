@@ -28,8 +28,8 @@ pub struct Fades {
 
 /// A dolly past the edge of a forest, a tenth of a metre a frame.
 pub fn fades(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
-    let models = vec![Species::Oak.grow(1), Species::Birch.grow(2)];
-    let stage = plant(models, 40);
+    let models = vec![Species::Oak.grow_with(1, 3000), Species::Birch.grow_with(2, 3000)];
+    let stage = plant(models, 12);
     let edge = stage.forest.instances.iter().map(|i| i.position.length()).fold(1.0, f32::max);
     let falls = Falls::none();
     let forest = GpuForest::with_falls(
@@ -56,7 +56,7 @@ pub fn fades(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
         let eye = Vec3::new(3.0, 3.0, start - STEP * frame as f32);
         let camera =
             Camera { eye, target: Vec3::new(0.0, 6.0, 0.0), fov_y: 40f32.to_radians(), near: 0.1 };
-        let view = View { season: 0.55, quality: Quality::MEDIUM, ..View::new(camera) };
+        let view = View { season: 0.55, quality: Quality::LOW, ..View::new(camera) };
         let picture = film.shoot(gpu, renderer, &forest, &view)?;
         if let Some(last) = &last {
             differences.push(picture.difference(last));
