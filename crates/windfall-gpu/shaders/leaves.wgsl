@@ -80,7 +80,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.color = detail_color(tree.turn_season.w);
     }
     out.material = in.material_shed >> 24u;
-    out.ambient = in.offset_ambient.w;
+    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, tree.fade_growth.w);
     out.contrast_seen = vec2(tree.fade_growth.w, seen);
     return out;
 }
@@ -180,7 +180,8 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     let across = abs(uv.x - 0.5);
     let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
     var shade = 1.0 + 0.30 * rib * (1.0 - smoothstep(0.1, 0.4, pixel));
-    let margin = smoothstep(0.22, 0.5, across);
+    // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
+    let margin = mix(smoothstep(0.22, 0.5, across), 0.25, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
         let turns = (uv.y - 0.75 * across) * 9.0;
         let side = abs(fract(turns) - 0.5);
@@ -195,6 +196,13 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     return color * shade * mix(vec3(1.0), vec3(0.78, 0.66, 0.6), dried);
 }
 
+fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+    if frame.show == SHOW_COVERAGE {
+        return vec3(1.0);
+    }
+    return through_air(leaf_radiance(in, albedo), in.world);
+}
+
 @fragment
 fn solid(in: Varyings) -> @location(0) vec4<f32> {
     return solid_color(in);
@@ -206,7 +214,7 @@ fn solid_color(in: Varyings) -> vec4<f32> {
     if surface.layer >= 0 {
         albedo = textured(in, surface).rgb;
     }
-    return vec4(through_air(leaf_radiance(in, albedo), in.world), 1.0);
+    return vec4(seen_radiance(in, albedo), 1.0);
 }
 
 fn tinted(color: vec3<f32>, surface: Surface) -> vec3<f32> {
@@ -250,7 +258,7 @@ fn masked_color(in: Varyings) -> vec4<f32> {
     // The hole's edge one pixel wide, so that coverage gives it as many steps as there are samples.
     let width = max(fwidth(texel.a), 1e-3);
     let alpha = select(1.0, clamp((texel.a - 0.5) / width + 0.5, 0.0, 1.0), surface.masked == 1u);
-    return vec4(through_air(leaf_radiance(in, texel.rgb), in.world), alpha);
+    return vec4(seen_radiance(in, texel.rgb), alpha);
 }
 
 struct Faded {

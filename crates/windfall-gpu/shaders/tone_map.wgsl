@@ -25,6 +25,9 @@ fn neutral(color: vec3<f32>) -> vec3<f32> {
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let linear = textureLoad(radiance, vec2<i32>(at.xy), 0).rgb;
+    if frame.show == SHOW_COVERAGE {
+        return vec4(linear, 1.0);
+    }
     let color = max(neutral(linear * frame.exposure), vec3(0.0));
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.
     let noise = (interleaved_noise(at.xy) - 0.5) / 255.0;

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
+use windfall_core::foliage::Foliage;
 use windfall_core::simplify::{WoodLevel, wood_levels};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
@@ -268,9 +269,19 @@ fn model_uniform(tree: &Tree) -> Model {
         texture_luminance: 1.0,
         leaf_count: foliage.leaves.len() as u32,
         tree_height: tree.height(),
-        padding: 0,
+        mean_ambient: mean_ambient(foliage),
         crown: Crown::zeroed(),
     }
+}
+
+/// Mean of what the leaves have of the ambient light, as it is seen: the more open a leaf is to the
+/// sky, the more of it is open to the eye.
+fn mean_ambient(foliage: &Foliage) -> f32 {
+    let (sum, squares) = foliage
+        .leaves
+        .iter()
+        .fold((0.0f32, 0.0f32), |(s, q), l| (s + l.ambient, q + l.ambient * l.ambient));
+    if sum > 0.0 { squares / sum } else { 1.0 }
 }
 
 pub(crate) fn snorm(v: Vec3) -> [i8; 4] {

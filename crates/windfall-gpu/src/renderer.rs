@@ -504,12 +504,15 @@ impl Renderer {
             }
         }
         let fade = view.detail.fade.by;
+        let alone = view.show.leaves_alone();
         if occlusion {
             // What the frame before did not hide, and the ground, hide the rest of this frame.
             {
                 let mut pass = canvas.begin(&mut scope, "visible before", true, false);
                 pass.set_bind_group(0, &self.frame.group, &[]);
-                self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
+                if !alone {
+                    self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
+                }
                 self.leaves.draw(
                     &mut pass.scope("leaves"),
                     forest,
@@ -517,7 +520,9 @@ impl Renderer {
                     fade,
                     DrawTarget::Radiance,
                 );
-                self.ground.draw(&mut pass.scope("ground"), &forest.ground);
+                if !alone {
+                    self.ground.draw(&mut pass.scope("ground"), &forest.ground);
+                }
             }
             let mut pass = scope.scoped_compute_pass("pyramid");
             self.hiz.build(&mut pass, &canvas.pyramid);
@@ -530,7 +535,9 @@ impl Renderer {
         {
             let mut pass = canvas.begin(&mut scope, "forest", !occlusion, true);
             pass.set_bind_group(0, &self.frame.group, &[]);
-            self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
+            if !alone {
+                self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
+            }
             self.leaves.draw(
                 &mut pass.scope("leaves"),
                 forest,
@@ -544,13 +551,15 @@ impl Renderer {
             } else {
                 self.falls.draw(&mut pass.scope("loose leaves"), forest);
             }
-            if view.quality.grass {
+            if view.quality.grass && !alone {
                 self.grass.draw(&mut pass.scope("grass"), &forest.ground);
             }
-            if !occlusion {
+            if !occlusion && !alone {
                 self.ground.draw(&mut pass.scope("ground"), &forest.ground);
             }
-            self.sky.draw(&mut pass.scope("sky"));
+            if !alone {
+                self.sky.draw(&mut pass.scope("sky"));
+            }
         }
         let mut pass = scope.scoped_render_pass(
             "tone map",

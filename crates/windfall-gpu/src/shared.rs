@@ -330,8 +330,8 @@ gpu_struct! {
         pub leaf_count: u32,
         /// Height of the tree, metres.
         pub tree_height: f32,
-        /// Unused.
-        pub padding: u32,
+        /// Mean of what its leaves have of the ambient light, as they are seen.
+        pub mean_ambient: f32,
         /// What lists of its trees are made from.
         pub crown: Crown,
     }

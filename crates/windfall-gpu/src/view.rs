@@ -175,11 +175,16 @@ pub enum Show {
     Laps = 1,
     /// How far trees are simplified: red in full, through yellow and green to blue at λ = 1/256.
     Detail = 2,
+    /// Leaves alone, on black.
+    Leaves = 3,
+    /// What leaves cover: white on black, neither lit nor tone mapped.
+    Coverage = 4,
 }
 
 impl Show {
     /// Each of them.
-    pub const ALL: [Self; 3] = [Self::Picture, Self::Laps, Self::Detail];
+    pub const ALL: [Self; 5] =
+        [Self::Picture, Self::Laps, Self::Detail, Self::Leaves, Self::Coverage];
 
     /// Its name on command lines.
     pub fn name(self) -> &'static str {
@@ -187,7 +192,14 @@ impl Show {
             Self::Picture => "picture",
             Self::Laps => "laps",
             Self::Detail => "detail",
+            Self::Leaves => "leaves",
+            Self::Coverage => "coverage",
         }
+    }
+
+    /// Whether nothing but leaves is drawn.
+    pub(crate) fn leaves_alone(self) -> bool {
+        matches!(self, Self::Leaves | Self::Coverage)
     }
 }
 

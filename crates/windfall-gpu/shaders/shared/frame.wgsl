@@ -9,3 +9,6 @@
 fn covering_triangle(index: u32) -> vec4<f32> {
     return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
 }
+
+// Frame.show: what leaves cover, white on black.
+const SHOW_COVERAGE: u32 = 4u;

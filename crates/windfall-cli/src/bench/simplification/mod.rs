@@ -1,6 +1,8 @@
 //! `windfall bench simplification`: what stochastic simplification and culling save, and what they
 //! cost in the picture (SFS 4.2, 5 and beyond).
 
+mod error;
+mod fade;
 mod plain;
 mod speed;
 mod stands;
@@ -18,8 +20,8 @@ const WARM_UP: u32 = 2;
 /// Arguments of `windfall bench simplification`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Parts to run: a (the paper's forest over h), b (culling)
-    #[arg(long, value_name = "ab", default_value = "ab")]
+    /// Parts to run: a (the paper's forest over h), b (culling), c (image error), d (smooth fading)
+    #[arg(long, value_name = "abcd", default_value = "abcd")]
     parts: String,
     /// Measured frames of each kind
     #[arg(long, value_name = "N", default_value_t = 5)]
@@ -33,6 +35,21 @@ pub struct Args {
     /// Most trees of part b
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     most: u32,
+    /// Trees of part c: species, or .glb and .gltf files; may be given again
+    #[arg(long, value_name = "FILE|SPECIES", default_values = ["oak", "birch"])]
+    tree: Vec<String>,
+    /// Rescale the trees of part c to this height, metres
+    #[arg(long, value_name = "M")]
+    height: Option<f32>,
+    /// Levels of detail of part c
+    #[arg(long, value_name = "SHARE", value_delimiter = ',', default_values_t = error::LAMBDAS)]
+    lambda: Vec<f32>,
+    /// Rows of the screen that the pictures of part c are parts of
+    #[arg(long, value_name = "N", default_value_t = 720)]
+    screen: u32,
+    /// Sides from which the trees of part c are seen
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    sides: u32,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -47,12 +64,14 @@ struct Report {
     size: (u32, u32),
     forest: Option<speed::Forest>,
     culling: Option<speed::Cullings>,
+    errors: Option<error::Errors>,
+    fades: Option<fade::Fades>,
 }
 
 /// Runs `windfall bench simplification`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if args.frames == 0 || args.parts.chars().any(|c| !"ab".contains(c)) {
-        bail!("--parts is of a and b, and --frames at least 1");
+    if args.frames == 0 || args.parts.chars().any(|c| !"abcd".contains(c)) {
+        bail!("--parts is of a, b, c and d, and --frames at least 1");
     }
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
@@ -69,6 +88,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if args.parts.contains('b') {
         report.culling = Some(speed::culling(args, &mut gpu, &easel)?);
+    }
+    if args.parts.contains('c') {
+        let errors = error::errors(args, &mut gpu, &easel.renderer)?;
+        if let Some(folder) = &args.plots {
+            std::fs::create_dir_all(folder)?;
+            for (tree, plot) in errors.plots()? {
+                let stem = std::path::Path::new(&tree).file_stem().unwrap_or_default();
+                let path = folder.join(format!("simplification-error-{}.svg", stem.display()));
+                std::fs::write(&path, plot).with_context(|| format!("{}", path.display()))?;
+            }
+        }
+        report.errors = Some(errors);
+    }
+    if args.parts.contains('d') {
+        report.fades = Some(fade::fades(&mut gpu, &easel.renderer)?);
     }
     if let Some(path) = &args.json {
         let text = serde_json::to_string_pretty(&report)?;
