@@ -11,7 +11,8 @@ use windfall_core::shed::Shedding;
 use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_gpu::{
-    Camera, Capture, Falls, GpuForest, Quality, Renderer, Target, View, wgpu, wgpu_profiler,
+    Camera, Canvas, Capture, CountLeaves, Culling, Falls, GpuForest, Quality, Renderer, Target,
+    TreeCounts, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
@@ -57,11 +58,14 @@ fn upload(trees: &[Tree], forest: &Forest, falls: &Falls) -> GpuForest {
 }
 
 fn paint(forest: &GpuForest, view: &View) -> Vec<u8> {
+    paint_on(&STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1), forest, view)
+}
+
+fn paint_on(canvas: &Canvas, forest: &GpuForest, view: &View) -> Vec<u8> {
     let Studio { device, queue, profiler, renderer, texture } = &*STUDIO;
     let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let canvas = renderer.canvas(device, SIZE.0, SIZE.1);
     let picture = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let target = Target { canvas: &canvas, picture: &picture };
+    let target = Target { canvas, picture: &picture };
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     renderer.render(queue, &mut encoder, profiler, forest, view, target);
     let capture = Capture::encode(device, &mut encoder, texture);
@@ -69,6 +73,17 @@ fn paint(forest: &GpuForest, view: &View) -> Vec<u8> {
     capture.map();
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     capture.take().unwrap().unwrap()
+}
+
+/// The trees of the frame that was painted last.
+fn counts(forest: &GpuForest) -> TreeCounts {
+    let Studio { device, queue, .. } = &*STUDIO;
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let count = CountLeaves::encode(device, &mut encoder, forest);
+    queue.submit([encoder.finish()]);
+    count.map();
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    count.take().unwrap().unwrap().trees
 }
 
 /// A forest in which no leaf falls.
@@ -208,6 +223,59 @@ fn a_moment_is_the_same_whatever_came_before_it() {
         assert!(moments[i] == alone, "moment {i} differs");
     }
     assert!(moments[2] != alone && moments[4] != alone, "time changes the picture");
+}
+
+/// A board of wood, 60 m wide and 40 m high, that faces +Z.
+fn board() -> Tree {
+    let mut board = Species::Birch.grow_with(1, 0);
+    let corners = [(-30.0, 0.0), (30.0, 0.0), (30.0, 40.0), (-30.0, 40.0)];
+    board.wood.vertices = corners
+        .iter()
+        .map(|&(x, y)| WoodVertex {
+            position: Vec3::new(x, y, 0.0),
+            normal: Vec3::Z,
+            uv: Vec2::new(x, y),
+            material: 0,
+        })
+        .collect();
+    board.wood.indices = vec![0, 1, 2, 0, 2, 3];
+    board
+}
+
+/// Past the edge of a board that hides a wood: what the depth of the frame before hid comes into view.
+#[test]
+fn culling_leaves_out_only_what_is_not_seen() {
+    let trees = vec![Species::Birch.grow_with(1, 800), board()];
+    let placement = Placement {
+        trees: 80,
+        spacing: 7.0,
+        keep_out: Vec::new(),
+        scale: (0.8, 1.2),
+        season_spread: 0.1,
+        seed: 3,
+    };
+    let mut placed = placement.place(Terrain::flat(), &[1.0, 0.0]);
+    placed.instances.push(Instance { yaw: 0.0, ..stand(Vec3::new(0.0, 0.0, 55.0), 1) });
+    let forest = upload(&trees, &placed, &Falls::none());
+    let canvas = STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1);
+    let mut drawn = [[0; 4]; 5];
+    for (step, drawn) in drawn.iter_mut().enumerate() {
+        let x = 10.0 * step as f32;
+        let pictures = Culling::ALL.map(|culling| {
+            let view = View { culling, ..view([x, 1.7, 75.0], [x, 3.0, 0.0]) };
+            let picture = paint_on(&canvas, &forest, &view);
+            drawn[culling as usize] = counts(&forest).visible;
+            picture
+        });
+        for (picture, culling) in pictures.iter().zip(Culling::ALL) {
+            assert!(*picture == pictures[0], "step {step}: {culling}");
+        }
+    }
+    for [off, clip_space, sphere, _] in drawn {
+        assert!(off >= sphere && sphere >= clip_space && clip_space > 50, "{drawn:?}");
+    }
+    // The first frame knows of none before it; the second is all board; the last looks past it.
+    assert!(drawn[0][3] == drawn[0][2] && drawn[1][3] < 10 && drawn[4][3] > 20, "{drawn:?}");
 }
 
 /// What the tolerance must not let pass: a later season, one tree of twelve less, a camera half a
