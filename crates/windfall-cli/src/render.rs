@@ -171,6 +171,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
+    stage.check(&name)?;
     if let Some(rate) = args.throw_rate {
         if !(rate > 0.0 && rate.is_finite()) {
             bail!("--throw-rate {rate}: is not above 0");

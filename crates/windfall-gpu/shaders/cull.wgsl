@@ -349,14 +349,15 @@ fn place(
     }
     out.seed = tree.seed;
     out.wind = wind_at(tree.position);
-    out.detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
+    let detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
+    out.detached = detached | (tree.events << 24u);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;
     if list_index == 0u {
         tally(0u, 1u);
         tally(1u, crown.leaf_count);
         let leaves = f32(crown.leaf_count);
         tally(2u, u32(level.lambda * leaves + 0.5));
-        let hanging = 1.0 - f32(out.detached) / max(leaves, 1.0);
+        let hanging = 1.0 - f32(detached) / max(leaves, 1.0);
         tally(3u, u32(min(out.fade_end, 1.0) * leaves * hanging + 0.5));
     }
 }

@@ -3,7 +3,8 @@
 @group(1) @binding(0) var<uniform> fall: FallFrame;
 @group(1) @binding(1) var<storage, read> tables: array<vec4<u32>>;
 @group(1) @binding(2) var<storage, read> streams: array<Stream>;
-// For each workgroup of `pose` its stream, and the first of its slots there. Then the shed lists.
+// For each workgroup of `pose` its stream, and the first of its slots there. Then the shed lists; behind
+// those of thrown leaves when they detach.
 @group(1) @binding(3) var<storage, read> lists: array<u32>;
 @group(1) @binding(4) var<storage, read> leaves: array<LeafRecord>;
 @group(1) @binding(5) var<storage, read> models: array<Model>;
@@ -79,7 +80,12 @@ fn list_entry(stream: Stream, j: u32) -> u32 {
     return lists[2u * fall.group_count + stream.list_first + j];
 }
 
-fn detach_of(stream: Stream, rank: u32) -> f32 {
+// When the leaf of an entry detaches.
+fn detach_of(stream: Stream, entry: u32) -> f32 {
+    if stream.thrown == 1u {
+        return bitcast<f32>(list_entry(stream, stream.list_count + entry));
+    }
+    let rank = leaves[stream.leaf_first + list_entry(stream, entry)].rank;
     return detach_time(stream.seed, stream.delay, stream.gust_phase, stream.leaf_count, rank);
 }
 
@@ -90,7 +96,11 @@ fn detached_entries(stream: Stream, time: f32) -> u32 {
     var high = stream.list_count;
     while low < high {
         let middle = (low + high) / 2u;
-        if leaves[stream.leaf_first + list_entry(stream, middle)].rank < detached {
+        var gone = leaves[stream.leaf_first + list_entry(stream, middle)].rank < detached;
+        if stream.thrown == 1u {
+            gone = detach_of(stream, middle) <= time;
+        }
+        if gone {
             low = middle + 1u;
         } else {
             high = middle;
@@ -137,7 +147,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     );
 }
 
-fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
+fn leaf_fall(stream: Stream, entry: u32, leaf: u32, record: LeafRecord) -> LeafFall {
     let at = record.center;
     let turned = vec3(
         stream.cos_yaw * at.x + stream.sin_yaw * at.z,
@@ -153,7 +163,7 @@ fn leaf_fall(stream: Stream, leaf: u32, record: LeafRecord) -> LeafFall {
     out.seed = hash(stream.seed, leaf);
     out.variant = draw_variant(out.seed, stream.path_group, out.origin);
     out.late = wind_late(stream.position.xz);
-    out.detach_time = detach_of(stream, record.rank);
+    out.detach_time = detach_of(stream, entry);
     return out;
 }
 
@@ -252,7 +262,7 @@ fn leaf_constants(stream: Stream, entry: u32) -> LeafConstants {
     let leaf = list_entry(stream, entry);
     let record = leaves[stream.leaf_first + leaf];
     var out: LeafConstants;
-    out.falls = leaf_fall(stream, leaf, record);
+    out.falls = leaf_fall(stream, entry, leaf, record);
     out.scale = record.scale * stream.scale;
     out.stack = stack_height(out.scale, stream.thickness, out.falls.seed);
     let from_center = (record.center - models[stream.model].crown_center) / models[stream.model].crown_extent;
@@ -278,7 +288,7 @@ fn vanish_time(stream: Stream, entry: u32) -> f32 {
     if next >= stream.list_count {
         return 1e30;
     }
-    return detach_of(stream, leaves[stream.leaf_first + list_entry(stream, next)].rank);
+    return detach_of(stream, next);
 }
 
 // A leaf that leaves its twig, settles, has landed since the last frame, or vanishes: all that is seldom.

@@ -4,6 +4,9 @@
 @group(1) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(1) @binding(2) var pictures: texture_2d_array<f32>;
 @group(1) @binding(3) var picture_sampler: sampler;
+// Of each tree that a program throws leaves of, a binary tree: leaf, when it detaches, nodes of leaves
+// below and above. Node 0 is none.
+@group(1) @binding(4) var<storage, read> events: array<vec4<u32>>;
 
 struct LeafVertex {
     @location(0) center: vec3<f32>,
@@ -50,10 +53,24 @@ fn detail_color(lambda: f32) -> vec3<f32> {
     return clamp(vec3(2.0 - x, min(x, 4.0 - x), x - 2.0), vec3(0.0), vec3(1.0)) * 0.5;
 }
 
+// Whether a program has thrown the leaf. Nothing is read for a tree without events.
+fn thrown(root: u32, leaf: u32) -> bool {
+    var at = root;
+    while at > 0u {
+        let node = events[at];
+        if node.x == leaf {
+            return bitcast<f32>(node.y) <= frame.time;
+        }
+        at = select(node.w, node.z, leaf < node.x);
+    }
+    return false;
+}
+
 fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
-    if seen <= 0.0 || (in.material_shed & 0xffffffu) < tree.seed_detached.y {
+    let shed = (in.material_shed & 0xffffffu) < (tree.seed_detached.y & 0xffffffu);
+    if seen <= 0.0 || shed || thrown(tree.seed_detached.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
     let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);

@@ -6,6 +6,7 @@
 //! follows the leaves that are drawn, not the trees that there are. Wood has lists of its own: there a
 //! bucket is a level of the simplified mesh, the finest the highest, drawn for a range of the list.
 
+use crate::events::Thrown;
 use crate::model::GpuModel;
 use crate::pass::shadow::CASCADES;
 use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord};
@@ -162,13 +163,19 @@ pub(crate) struct CpuList {
 }
 
 impl Trees {
-    pub fn new(models: &[GpuModel], forest: &Forest, falls: &crate::Falls) -> Self {
+    pub fn new(
+        models: &[GpuModel],
+        forest: &Forest,
+        falls: &crate::Falls,
+        thrown: &Thrown,
+    ) -> Self {
         let mut out =
             Self { crowns: Vec::new(), records: Vec::new(), draws: Vec::new(), parts: Vec::new() };
         for (index, model) in models.iter().enumerate() {
             let first = out.records.len() as u32;
-            let of_model = forest.instances.iter().filter(|i| i.model as usize == index);
-            out.records.extend(of_model.map(|instance| {
+            let instances = (0..).zip(&forest.instances);
+            let of_model = instances.filter(|(_, instance)| instance.model as usize == index);
+            out.records.extend(of_model.map(|(at, instance)| {
                 let shed = falls.shedding.tree(instance, model.leaf_count, &falls.wind);
                 let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
                 TreeRecord {
@@ -181,7 +188,7 @@ impl Trees {
                     gust_phase: shed.gust_phase,
                     seed: instance.seed,
                     model: index as u32,
-                    padding: 0,
+                    events: thrown.root(at),
                 }
             }));
             let nothing = TreeRecord { model: u32::MAX, ..TreeRecord::zeroed() };
@@ -276,7 +283,7 @@ impl Trees {
                     mean_color: if color_contrast < 1.0 { season(index, tree) } else { Vec3::ZERO },
                     color_contrast,
                     seed: tree.seed,
-                    detached,
+                    detached: detached | tree.events << 24,
                     wind: wind(tree.position),
                 };
                 let leaves = crown.leaf_count as f32;

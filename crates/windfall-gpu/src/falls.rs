@@ -6,12 +6,14 @@
 //! when the leaf will land is searched for once. Slots of leaves that detach are filled as they do; where
 //! time runs backwards all are filled anew, so that any time gives the same picture as playing up to it.
 
+use crate::events::{DetachEvent, Thrown};
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use crate::strategy::{Elimination, Strategy};
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, UVec4, Vec2, Vec3, Vec4};
 use half::f16;
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
@@ -56,6 +58,9 @@ pub struct Falls {
     pub strategy: Strategy,
     /// When landed leaves become static geometry.
     pub elimination: Elimination,
+    /// Leaves that detach at a moment of their own, held beyond `capacity`. Those that
+    /// [`Falls::check_events`] refuses are left out. Default none.
+    pub events: Vec<DetachEvent>,
 }
 
 impl Default for Falls {
@@ -70,6 +75,7 @@ impl Default for Falls {
             capacity: 1_000_000,
             strategy: Strategy::default(),
             elimination: Elimination::default(),
+            events: Vec::new(),
         }
     }
 }
@@ -181,8 +187,8 @@ impl GpuFalls {
         falls: &Falls,
         lists: &wgpu::Buffer,
     ) -> Self {
-        let records = LeafRecords::new(trees);
-        let plan = Plan::new(trees, &records, forest, falls);
+        let mut records = LeafRecords::new(trees);
+        let plan = Plan::new(trees, &mut records, forest, falls);
         let (tables, mut frame) = tables(falls, forest, models);
         frame.stream_count = plan.streams.len() as u32;
         frame.slot_count = plan.slot_count;
@@ -334,7 +340,8 @@ pub(crate) struct LeafRecords {
     /// For each model the index of its first record.
     pub first: Vec<u32>,
     pub shed_lists: Vec<u32>,
-    /// For each model and shape, where its shed list begins and how long it is.
+    /// For each model and shape, where its shed list begins and how long it is. [`Plan::new`] adds
+    /// lists of its own.
     pub lists: Vec<Vec<(u32, u32)>>,
 }
 
@@ -381,6 +388,30 @@ impl LeafRecords {
         }
         out
     }
+
+    /// The stream of a tree of which some leaves are thrown at these times, without them, and that
+    /// of those leaves alone.
+    fn split(&mut self, stream: &Stream, times: &BTreeMap<u32, f32>) -> [Stream; 2] {
+        let (first, count) = (stream.list_first as usize, stream.list_count as usize);
+        let list = self.shed_lists[first..first + count].to_vec();
+        let (mut thrown, rest): (Vec<u32>, Vec<u32>) =
+            list.into_iter().partition(|leaf| times.contains_key(leaf));
+        if thrown.is_empty() {
+            return [*stream, Stream { keep: 0, ..*stream }];
+        }
+        thrown.sort_by(|a, b| times[a].total_cmp(&times[b]).then(a.cmp(b)));
+        let mut add = |leaves: &[u32]| {
+            let first = self.shed_lists.len() as u32;
+            self.shed_lists.extend(leaves);
+            (first, leaves.len() as u32)
+        };
+        let (list_first, list_count) = add(&rest);
+        let keep = stream.keep.min(list_count);
+        let rest = Stream { list_first, list_count, keep, ..*stream };
+        let (list_first, keep) = add(&thrown);
+        add(&thrown.iter().map(|leaf| times[leaf].to_bits()).collect::<Vec<u32>>());
+        [rest, Stream { list_first, list_count: keep, keep, thrown: 1, ..*stream }]
+    }
 }
 
 pub(crate) struct PlannedBin {
@@ -400,27 +431,30 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub fn new(trees: &[Tree], records: &LeafRecords, forest: &Forest, falls: &Falls) -> Self {
+    pub fn new(trees: &[Tree], records: &mut LeafRecords, forest: &Forest, falls: &Falls) -> Self {
         let mut plan =
             Self { streams: Vec::new(), bins: Vec::new(), groups: Vec::new(), slot_count: 0 };
         let leaves = |m: usize| trees[m].foliage.leaves.len() as u64;
         let total: u64 = forest.instances.iter().map(|i| leaves(i.model as usize)).sum();
         // Every stream keeps the same share of its leaves.
         let share = (f64::from(falls.capacity) / total.max(1) as f64).min(1.0);
+        let thrown = Thrown::new(trees, forest, falls);
         for (model, tree) in trees.iter().enumerate() {
-            for (shape, &(list_first, list_count)) in records.lists[model].iter().enumerate() {
+            for (shape, (list_first, list_count)) in
+                records.lists[model].clone().into_iter().enumerate()
+            {
                 let keep = (f64::from(list_count) * share).ceil() as u32;
-                if keep == 0 {
-                    continue;
-                }
                 let geometry = &tree.foliage.shapes[shape];
                 let first = plan.slot_count;
                 let bin = plan.bins.len() as u32;
-                for instance in forest.instances.iter().filter(|i| i.model as usize == model) {
+                for (index, instance) in forest.instances.iter().enumerate() {
+                    if instance.model as usize != model {
+                        continue;
+                    }
                     let leaf_count = tree.foliage.leaves.len() as u32;
                     let shed = falls.shedding.tree(instance, leaf_count, &falls.wind);
                     let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
-                    plan.streams.push(Stream {
+                    let stream = Stream {
                         position: instance.position,
                         scale: instance.scale,
                         cos_yaw,
@@ -433,7 +467,7 @@ impl Plan {
                         model: model as u32,
                         list_first,
                         list_count,
-                        slot_first: plan.slot_count,
+                        slot_first: 0,
                         keep,
                         bin,
                         path_group: falls.groups.get(model).copied().unwrap_or(0),
@@ -441,13 +475,16 @@ impl Plan {
                         bin_first: first,
                         thickness: geometry.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max),
                         radius: geometry.radius(),
-                        padding0: 0,
-                        padding1: 0,
-                    });
-                    let stream = plan.streams.len() as u32 - 1;
-                    let firsts = (0..keep).step_by(GROUP as usize);
-                    plan.groups.extend(firsts.map(|first| [stream, first]));
-                    plan.slot_count += keep;
+                        thrown: 0,
+                        padding: 0,
+                    };
+                    if let Some(times) = thrown.of(index as u32) {
+                        let [rest, thrown] = records.split(&stream, times);
+                        plan.push(rest);
+                        plan.push(thrown);
+                    } else {
+                        plan.push(stream);
+                    }
                 }
                 if plan.slot_count > first {
                     plan.bins.push(PlannedBin {
@@ -460,6 +497,18 @@ impl Plan {
             }
         }
         plan
+    }
+
+    /// Adds a stream with its slots, unless it has none.
+    fn push(&mut self, stream: Stream) {
+        if stream.keep == 0 {
+            return;
+        }
+        let index = self.streams.len() as u32;
+        self.streams.push(Stream { slot_first: self.slot_count, ..stream });
+        let firsts = (0..stream.keep).step_by(GROUP as usize);
+        self.groups.extend(firsts.map(|first| [index, first]));
+        self.slot_count += stream.keep;
     }
 }
 

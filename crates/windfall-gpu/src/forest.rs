@@ -1,6 +1,7 @@
 //! A forest in the GPU's memory.
 
 use crate::cull::{CpuList, Trees, mean_color};
+use crate::events::Thrown;
 use crate::falls::{Falls, GpuFalls};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
@@ -12,6 +13,7 @@ use crate::strategy::Strategy;
 use crate::view::View;
 use glam::{Vec3, Vec3Swizzles};
 use std::sync::Mutex;
+use wgpu::util::DeviceExt;
 use windfall_core::forest::Forest;
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
@@ -71,7 +73,8 @@ pub struct TreeCounts {
     /// `Σ λN` over them.
     pub leaves_by_lambda: u64,
     /// Leaves drawn on their twigs. Exact for trees in full; of simplified ones the expected number,
-    /// since prune order and shed order do not depend on each other.
+    /// since prune order and shed order do not depend on each other. Leaves of
+    /// [`Falls::events`] are counted as if they hung until the season takes them.
     pub leaves_hanging: u64,
     /// Triangles of wood and leaves that were drawn, those of leaves that have left their twigs
     /// included.
@@ -119,11 +122,17 @@ impl GpuForest {
         forest: &Forest,
         falls: &Falls,
     ) -> Self {
+        let thrown = Thrown::new(trees, forest, falls);
+        let events = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("events"),
+            contents: bytemuck::cast_slice(&thrown.nodes()),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
         let models: Vec<GpuModel> = trees
             .iter()
-            .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree))
+            .map(|tree| GpuModel::new(device, queue, &renderer.part_layout, tree, &events))
             .collect();
-        let gpu_trees = Trees::new(&models, forest, falls);
+        let gpu_trees = Trees::new(&models, forest, falls, &thrown);
         let with_crown =
             |(model, crown): (&GpuModel, &Crown)| Model { crown: *crown, ..model.uniform };
         let uniforms: Vec<Model> = models.iter().zip(&gpu_trees.crowns).map(with_crown).collect();

@@ -8,6 +8,7 @@
 mod arena;
 mod capture;
 mod cull;
+mod events;
 mod falls;
 mod forest;
 mod listed;
@@ -23,6 +24,7 @@ mod texture;
 mod view;
 
 pub use capture::{Capture, CountLeaves, LeafCounts};
+pub use events::{DetachEvent, EventError};
 pub use falls::Falls;
 pub use forest::{FrameStats, GpuForest, TreeCounts};
 pub use model::model_bytes;

@@ -85,8 +85,8 @@ impl ListedFalls {
         forest: &Forest,
         falls: &Falls,
     ) -> Self {
-        let records = LeafRecords::new(trees);
-        let plan = Plan::new(trees, &records, forest, falls);
+        let mut records = LeafRecords::new(trees);
+        let plan = Plan::new(trees, &mut records, forest, falls);
         let (mut table, frame) = tables(falls, forest, models);
         let mut shapes = Vec::new();
         let mut bins = Vec::new();

@@ -71,7 +71,7 @@ pub(crate) struct GpuModel {
     pub uniform: Model,
 }
 
-/// Layout of a part's bind group: model, surfaces, texture array, sampler.
+/// Layout of a part's bind group: model, surfaces, texture array, sampler, events of the forest.
 pub(crate) fn part_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
@@ -84,6 +84,7 @@ pub(crate) fn part_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         entries: &[
             buffer(0, wgpu::BufferBindingType::Uniform),
             buffer(1, wgpu::BufferBindingType::Storage { read_only: true }),
+            buffer(4, wgpu::BufferBindingType::Storage { read_only: true }),
             wgpu::BindGroupLayoutEntry {
                 binding: 2,
                 visibility: wgpu::ShaderStages::FRAGMENT,
@@ -110,6 +111,7 @@ impl GpuModel {
         queue: &wgpu::Queue,
         layout: &wgpu::BindGroupLayout,
         tree: &Tree,
+        events: &wgpu::Buffer,
     ) -> Self {
         let (leaf_vertices, leaf_indices, leaf_starts) = leaf_mesh(tree);
         let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
@@ -123,7 +125,7 @@ impl GpuModel {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let part = |vertices: &[u8], indices: &[u32], materials: &[Material], array: &_| {
-            part(device, layout, &model, vertices, indices, materials, array)
+            part(device, layout, [&model, events], vertices, indices, materials, array)
         };
         let mut levels = wood_levels(&tree.wood);
         // A draw that begins in the middle of a list is more than some devices can do.
@@ -177,7 +179,7 @@ pub fn model_bytes(tree: &Tree) -> u64 {
 fn part(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    model: &wgpu::Buffer,
+    [model, events]: [&wgpu::Buffer; 2],
     vertices: &[u8],
     indices: &[u32],
     materials: &[Material],
@@ -210,6 +212,7 @@ fn part(
                 binding: 3,
                 resource: wgpu::BindingResource::Sampler(&array.sampler),
             },
+            wgpu::BindGroupEntry { binding: 4, resource: events.as_entire_binding() },
         ],
     });
     Part {

@@ -209,6 +209,10 @@ impl Roster {
     }
 
     fn detach_time(&self, stream: &Stream, entry: u32) -> f32 {
+        if stream.thrown == 1 {
+            let at = stream.list_first + stream.list_count + entry;
+            return f32::from_bits(self.records.shed_lists[at as usize]);
+        }
         let tree = TreeShedding {
             delay: stream.delay,
             gust_phase: stream.gust_phase,

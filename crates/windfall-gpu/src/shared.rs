@@ -306,8 +306,8 @@ gpu_struct! {
         pub seed: u32,
         /// Index of its model; `u32::MAX` for a place that holds none.
         pub model: u32,
-        /// Unused.
-        pub padding: u32,
+        /// Root of its events (`windfall_gpu::DetachEvent`); 0 where it has none.
+        pub events: u32,
     }
 }
 
@@ -391,7 +391,8 @@ gpu_struct! {
         pub color_contrast: f32,
         /// Key of the tree.
         pub seed: u32,
-        /// Leaves of shed rank below this have left their twigs.
+        /// Leaves of shed rank below the lower 24 bits have left their twigs; above them the root of
+        /// the tree's events.
         pub detached: u32,
         /// Wind at the foot along x and z, m/s.
         pub wind: Vec2,
@@ -537,10 +538,11 @@ gpu_struct! {
         pub thickness: f32,
         /// Radius of the shape, metres at scale 1.
         pub radius: f32,
+        /// 1 where detach times stand behind the entries of the shed list, 0 where they follow from
+        /// shed ranks.
+        pub thrown: u32,
         /// Unused.
-        pub padding0: u32,
-        /// Unused.
-        pub padding1: u32,
+        pub padding: u32,
     }
 }
 

@@ -105,6 +105,9 @@ impl Scene {
             }
             number(&place, strip.radius, 0.0, 1000.0)?;
         }
+        for (i, event) in self.events.iter().enumerate() {
+            number(&format!("events[{i}].time"), event.time, -1e7, 1e7)?;
+        }
         self.check_detail(file)?;
         self.check_trees(file)?;
         if self.camera.is_empty() {

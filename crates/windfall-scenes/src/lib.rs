@@ -93,6 +93,9 @@ pub struct Scene {
     /// When landed leaves become static geometry: `off`, `progressive` or `scheduled`.
     #[serde(default = "defaults::elimination")]
     pub elimination: String,
+    /// Leaves that detach at a moment of their own, beside those of the season.
+    #[serde(default)]
+    pub events: Vec<EventEntry>,
     /// The camera's way, by rising time; before the first and after the last key it stands still.
     pub camera: Vec<CameraKey>,
     /// Sun and air.
@@ -204,6 +207,18 @@ impl Default for SheddingEntry {
             burst: s.burst,
         }
     }
+}
+
+/// A leaf that is thrown: see [`windfall_gpu::DetachEvent`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EventEntry {
+    /// Number of the tree, from 0, in the order of planting.
+    pub tree: u32,
+    /// Number of the leaf on it, from 0, in prune order.
+    pub leaf: u32,
+    /// When it detaches.
+    pub time: f32,
 }
 
 /// A wind with gusts: see [`windfall_core::wind::Wind::new`].
@@ -435,6 +450,12 @@ mod tests {
                 "count: 3, prune_order: \"pink\"",
                 "s.ron: prune_order: prune order \"pink\"",
             ),
+            (
+                "count: 3",
+                "count: 3, events: [(tree: 0, leaf: 1, time: 2), (tree: 0, leaf: 1, time: NaN)]",
+                "s.ron: events[1].time: NaN",
+            ),
+            ("count: 3", "count: 3, events: [(tree: 0, time: 1)]", "leaf"),
             ("count: 3", "count: ", "s.ron: line"),
         ];
         for (from, to, message) in cases {

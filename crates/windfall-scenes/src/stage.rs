@@ -9,7 +9,8 @@ use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
-use windfall_gpu::{Camera, Falls, Show, Sky, Trail, View};
+use windfall_core::{InputError, InputErrorKind};
+use windfall_gpu::{Camera, DetachEvent, Falls, Show, Sky, Trail, View};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -22,9 +23,25 @@ pub struct Stage {
     pub falls: Falls,
 }
 
+impl Stage {
+    /// Checks the scene's events against the trees that were planted. `file` is the scene's name in
+    /// errors.
+    ///
+    /// # Errors
+    ///
+    /// The first event of a tree or leaf that there is not, or of more than
+    /// [`Falls::EVENT_TREES`] trees.
+    pub fn check(&self, file: &str) -> Result<(), InputError> {
+        self.falls.check_events(&self.trees, &self.forest).map_err(|error| {
+            let place = format!("events[{}]", error.index);
+            InputError::new(file, place, InputErrorKind::OutOfRange, error.cause)
+        })
+    }
+}
+
 impl Scene {
     /// Grows and places the scene's trees. `read` is asked for the models of files, with the name
-    /// as the scene gives it.
+    /// as the scene gives it. Whether the events are of these trees, [`Stage::check`] says.
     ///
     /// # Errors
     ///
@@ -103,6 +120,11 @@ impl Scene {
             capacity: self.loose_leaves,
             strategy: self.strategy.parse().unwrap_or_default(),
             elimination: self.elimination.parse().unwrap_or_default(),
+            events: self
+                .events
+                .iter()
+                .map(|e| DetachEvent { instance: e.tree, leaf: e.leaf, time: e.time })
+                .collect(),
             ..Falls::default()
         };
         falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
@@ -204,7 +226,7 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CameraKey, Scene, named};
+    use crate::{CameraKey, EventEntry, Scene, named};
     use std::convert::Infallible;
     use windfall_core::forest::Terrain;
     use windfall_core::simplify::{PruneOrder, visible_areas};
@@ -238,6 +260,24 @@ mod tests {
                 .map(|tree| visible_areas(&tree.foliage).is_sorted_by(|a, b| a >= b));
             assert!(sorted && !random);
         }
+    }
+
+    #[test]
+    fn events_of_what_is_not_there_are_named() {
+        let mut scene = named("lone-oak").unwrap();
+        let event = |tree, leaf| EventEntry { tree, leaf, time: 1.0 };
+        let check = |scene: &Scene| {
+            let build = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() });
+            build.unwrap().check("s.ron").map_err(|e| e.to_string())
+        };
+        scene.events = vec![event(0, 5)];
+        assert_eq!(check(&scene), Ok(()));
+        scene.events.push(event(1, 5));
+        let error = check(&scene).unwrap_err();
+        assert!(error.starts_with("s.ron: events[1]: tree 1 is not one of the 1"), "{error}");
+        scene.events[1] = event(0, 9_999_999);
+        let error = check(&scene).unwrap_err();
+        assert!(error.starts_with("s.ron: events[1]: leaf 9999999 is not"), "{error}");
     }
 
     #[test]

@@ -2,8 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use std::convert::Infallible;
+use windfall_core::shed::Shedding;
 use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
-use windfall_gpu::{Capture, Elimination, GpuForest, Renderer, Show, Strategy, Target, View};
+use windfall_gpu::{
+    Capture, DetachEvent, Elimination, Falls, GpuForest, Renderer, Show, Strategy, Target, View,
+};
 use windfall_scenes::{Scene, Source, Stage, TreeEntry, named};
 
 const SIZE: (u32, u32) = (256, 144);
@@ -111,6 +114,79 @@ fn scene() -> (Scene, Stage) {
     let mut stage = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() }).unwrap();
     stage.keep_falling(2500);
     (scene, stage)
+}
+
+/// The same trees, which shed nothing of themselves: every leaf of the first and every third of the
+/// others is thrown, a second after the other of a hundred.
+fn thrown() -> (Scene, Stage) {
+    let (scene, mut stage) = scene();
+    stage.falls.shedding = Shedding::never();
+    let events = (0..).zip(&stage.forest.instances).flat_map(|(instance, planted)| {
+        let leaves = stage.trees[planted.model as usize].foliage.leaves.len() as u32;
+        let step = if instance == 0 { 1 } else { 3 };
+        (0..leaves).step_by(step).map(move |leaf| DetachEvent {
+            instance,
+            leaf,
+            time: 1.0 + (leaf % 100) as f32 / 100.0,
+        })
+    });
+    stage.falls.events = events.collect();
+    (scene, stage)
+}
+
+#[test]
+fn thrown_leaves_are_the_same_by_every_strategy_and_in_any_order_of_moments() {
+    let gpu = Gpu::open();
+    let (scene, stage) = thrown();
+    let view = |t| scene.view(t, &stage.forest.terrain);
+    let forests = Strategy::ALL.map(|s| gpu.forest(&stage, s, Elimination::Scheduled));
+    let hanging = gpu.paint(&forests[3], &view(0.9));
+    // In the air, all on the ground, and back again.
+    for time in [2.5, 60.0, 1.4] {
+        let pictures = forests.each_ref().map(|forest| gpu.paint(forest, &view(time)));
+        let direct =
+            gpu.paint(&gpu.forest(&stage, Strategy::Compute, Elimination::Off), &view(time));
+        let played = difference(&direct, &pictures[3]);
+        assert!(played < 0.001, "{played} at {time} s");
+        for (strategy, picture) in Strategy::ALL.iter().zip(&pictures) {
+            let error = difference(&direct, picture);
+            println!("{time} s: {strategy} differs by {error:.6}");
+            assert!(error < SAME, "{strategy} differs by {error} at {time} s");
+        }
+        let moved = difference(&direct, &hanging);
+        println!("{time} s: from hanging leaves {moved:.6}");
+        assert!(moved > 2.0 * SAME, "{moved}");
+    }
+    for forest in &forests {
+        assert!(difference(&gpu.paint(forest, &view(0.9)), &hanging) < SAME);
+    }
+}
+
+#[test]
+fn a_tree_whose_leaves_were_all_thrown_is_bare() {
+    let gpu = Gpu::open();
+    let (mut scene, mut stage) = thrown();
+    scene.count = 1;
+    stage.forest.instances.truncate(1);
+    stage.falls.events.retain(|event| event.instance == 0);
+    // From the foot up into the crown, past what lies on the ground.
+    scene.camera[0].eye = (2.0, 1.0, 2.0);
+    scene.camera[0].target = (0.0, 6.0, 0.0);
+    let view = |t| scene.view(t, &stage.forest.terrain);
+    let mut bare = stage.clone();
+    bare.falls = Falls { capacity: 0, events: Vec::new(), ..bare.falls };
+    bare.falls.shedding = Shedding { start: -1e4, duration: 1.0, ..Shedding::default() };
+    let [bare, full] = [(&bare, 60.0), (&stage, 0.9)].map(|(stage, t)| {
+        gpu.paint(&gpu.forest(stage, Strategy::Compute, Elimination::Off), &view(t))
+    });
+    assert!(difference(&bare, &full) > 0.1);
+    for strategy in Strategy::ALL {
+        let forest = gpu.forest(&stage, strategy, Elimination::Off);
+        let picture = gpu.paint(&forest, &view(60.0));
+        let error = difference(&bare, &picture);
+        println!("{strategy}: {error:.6}");
+        assert!(error < 0.001, "{strategy} differs by {error}");
+    }
 }
 
 #[test]

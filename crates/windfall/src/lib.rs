@@ -61,6 +61,9 @@
 
 pub use windfall_core::{InputError, InputErrorKind, glam};
 pub use windfall_core::{error, flight, foliage, forest, path, rng, shed, tree, wind};
-pub use windfall_gpu::{Camera, Canvas, Capture, CountLeaves, Elimination, Falls, FrameStats};
+pub use windfall_gpu::{
+    Camera, Canvas, Capture, CountLeaves, DetachEvent, Elimination, EventError,
+};
+pub use windfall_gpu::{Falls, FrameStats};
 pub use windfall_gpu::{GpuForest, LeafCounts, Renderer, Show, Sky, Strategy, Target, View};
 pub use windfall_gpu::{model_bytes, wgpu, wgpu_profiler};

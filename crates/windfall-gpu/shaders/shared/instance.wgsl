@@ -8,7 +8,8 @@ struct Tree {
     @location(10) fade_growth: vec4<f32>,
     // Mean colour, what is left of the contrast of colours.
     @location(11) mean_contrast: vec4<f32>,
-    // Key of the tree; leaves of shed rank below the second have left.
+    // Key of the tree; leaves of shed rank below the lower 24 bits have left; above them the root of the
+    // tree's events.
     @location(12) seed_detached: vec2<u32>,
     // Wind at its foot.
     @location(13) wind: vec2<f32>,

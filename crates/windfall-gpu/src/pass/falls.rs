@@ -186,7 +186,7 @@ impl Falls {
 #[cfg(test)]
 mod tests {
     use crate::shared::LooseLeaf;
-    use crate::{Camera, Falls, GpuForest, Renderer, Target, View};
+    use crate::{Camera, DetachEvent, Falls, GpuForest, Renderer, Target, View};
     use glam::{Quat, Vec3};
     use std::collections::HashMap;
     use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
@@ -349,14 +349,20 @@ mod tests {
         );
         let rate = Shedding::gust_rate(&falls.wind);
         let mut out = Vec::new();
-        for instance in &forest.instances {
+        for (number, instance) in (0..).zip(&forest.instances) {
             let foliage = &trees[instance.model as usize].foliage;
             let shed = falls.shedding.tree(instance, foliage.leaves.len() as u32, &falls.wind);
-            for rank in 0..falls.shedding.detached(&shed, rate, time) {
-                let index = foliage.shed_order[rank as usize];
+            for (rank, &index) in (0..).zip(&foliage.shed_order) {
                 let leaf = &foliage.leaves[index as usize];
                 let seed = hash(instance.seed, index);
-                let detach = falls.shedding.detach_time(&shed, rate, rank);
+                let events = falls.events.iter();
+                let detach = events
+                    .filter(|e| (e.instance, e.leaf) == (number, index))
+                    .map(|e| e.time)
+                    .fold(falls.shedding.detach_time(&shed, rate, rank), f32::min);
+                if detach > time {
+                    continue;
+                }
                 let leaf_fall = LeafFall {
                     origin: instance.world_from_tree(leaf.center),
                     twig_orientation: instance.rotation() * leaf.orientation,
@@ -444,6 +450,32 @@ mod tests {
         );
     }
 
+    /// Leaves of two of the trees, some of them when the season has taken them, some twice.
+    fn events(scene: &Scene) -> Vec<DetachEvent> {
+        let of = |instance: u32, i: u32| {
+            let model = scene.forest.instances[instance as usize].model as usize;
+            let leaves = scene.trees[model].foliage.leaves.len() as f32;
+            let leaf = (unit(hash(instance, i)) * leaves) as u32;
+            DetachEvent { instance, leaf, time: -10.0 + 0.3 * i as f32 }
+        };
+        (0..400).flat_map(|i| [of(2, i), of(0, i), of(2, i / 2)]).collect()
+    }
+
+    #[test]
+    fn thrown_leaves_are_posed_as_the_reference_says() {
+        let mut scene = scene(1_000_000);
+        scene.falls.events = events(&scene);
+        check_poses(&scene, 1e-3, true);
+        // In a forest that sheds none, they are all there is.
+        scene.falls = Falls { shedding: Shedding::never(), capacity: 0, ..scene.falls };
+        let expected = reference(&scene, 75.0);
+        let (leaves, tallies) = Gpu::new(&scene).loose_leaves(75.0);
+        assert!(expected.len() > 500, "{}", expected.len());
+        assert_eq!(leaves.len(), expected.len());
+        assert_eq!(tallies[0] as usize, expected.iter().filter(|e| e.2).count());
+        assert_eq!((tallies[0] + tallies[2]) as usize, expected.len());
+    }
+
     #[test]
     fn any_order_of_moments_gives_the_same_leaves() {
         let sorted = |(mut leaves, tallies): (Vec<LooseLeaf>, _)| {
@@ -451,7 +483,8 @@ mod tests {
             (leaves, tallies)
         };
         // Few slots, so that they are reused.
-        let scene = scene(6_000);
+        let mut scene = scene(6_000);
+        scene.falls.events = events(&scene);
         let played = Gpu::new(&scene);
         for step in 0..60 {
             played.loose_leaves(step as f32);
