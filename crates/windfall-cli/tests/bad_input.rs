@@ -82,7 +82,10 @@ fn bad_scene_files_are_named_with_the_place() {
     place.write("nan.ron", SCENE.replace("fps: 10", "fps: NaN"));
     place.write("species.ron", SCENE.replace("File(\"tiny.glb\")", "Species(\"pine\")"));
     place.write("truncated.ron", &SCENE[..SCENE.len() / 2]);
-    let cases: [(&str, &[&str]); 9] = [
+    let event = "count: 4, events: [(tree: 1, leaf: 0, time: 1), (tree: 4, leaf: 0, time: 1)]";
+    place.write("event.ron", SCENE.replace("count: 4", event));
+    place.write("leaf.ron", SCENE.replace("count: 4", &event.replace("leaf: 0", "leaf: 99999")));
+    let cases: [(&str, &[&str]); 11] = [
         ("empty.ron", &["line 1"]),
         ("garbage.ron", &["UTF-8"]),
         ("folder.ron", &["folder"]),
@@ -92,6 +95,8 @@ fn bad_scene_files_are_named_with_the_place() {
         ("nan.ron", &["fps", "NaN"]),
         ("species.ron", &["trees[0].source", "pine", "birch"]),
         ("truncated.ron", &["line"]),
+        ("event.ron", &["events[1]", "tree 4 is not one of the 4"]),
+        ("leaf.ron", &["events[0]", "leaf 99999"]),
     ];
     for (file, words) in cases {
         place.fail(1, &format!("render {file} --out out.png"), &[&[file], words].concat());
