@@ -109,7 +109,9 @@ impl GpuForest {
         Self::with_falls(device, queue, renderer, trees, forest, &Falls::none())
     }
 
-    /// Uploads `forest` whose leaves fall.
+    /// Uploads `forest` whose leaves fall. On a device without
+    /// [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] wood is not simplified, and the leaves of distant
+    /// trees are shaded as finely as those of near ones.
     ///
     /// # Panics
     ///

@@ -44,6 +44,8 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapter = block_on(instance.request_adapter(&Default::default()))?;
     let (device, queue) = block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        // With it, distant wood is drawn in fewer triangles.
+        required_features: adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE,
         required_limits: adapter.limits(),
         ..Default::default()
     }))?;
