@@ -89,7 +89,7 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
         }
     }
     println!(
-        "{:>5}{:>10}{:>14}{:>28}{:>10}{:>9}",
+        "{:>5}{:>10}{:>14}{:>36}{:>10}{:>9}",
         "h", "lambda", "triangles", "frame", "frames/s", "faster"
     );
     let full = Spread::of(&walls[0]).median;
@@ -102,7 +102,7 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
                 if h == 0.0 { 1.0 } else { lambda_total(&stage, &view(paper(h, d0)), args.size) };
             let faster = full / wall_ms.median;
             println!(
-                "{h:>5.1}{lambda:>10.4}{:>14}{wall_ms:>28}{:>10.2}{faster:>9.2}",
+                "{h:>5.1}{lambda:>10.4}{:>14}{wall_ms:>36}{:>10.2}{faster:>9.2}",
                 triangles[i],
                 1e3 / wall_ms.median
             );
