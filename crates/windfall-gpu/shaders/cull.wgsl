@@ -1,7 +1,8 @@
 // Which trees are drawn, in which detail: lists in which the more detailed trees of a model come
 // first, so that each part of its leaves is drawn for a prefix of them, and each level of its wood for
-// a range. For each view there is a list for leaves, and four behind it one for wood. A stable counting sort: the
-// order of a list, and so the picture, does not depend on the order in which threads run.
+// a range. For each view there is a list for leaves, and four behind it one for wood. A stable
+// counting sort: the order of a list, and so the picture, does not depend on the order in which
+// threads run.
 
 @group(1) @binding(0) var<uniform> cull: CullFrame;
 @group(1) @binding(1) var<uniform> fall: FallFrame;

@@ -15,7 +15,7 @@
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
-// leaves on the ground, of those drawn, leaves drawn on twigs; then how many slots `land` has to
+// leaves on the ground, of those drawn, one unused; then how many slots `land` has to
 // fill: in workgroups, 1, and in slots; then how many leaves `change` has to pose, in workgroups and in
 // leaves.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;

@@ -313,9 +313,8 @@ impl GpuFalls {
         encoder.copy_buffer_to_buffer(&self.counters, from, &self.landings, to, 4);
     }
 
-    /// The uniforms of a moment. Of the `trees` in the instance buffer the first `visible` are in
-    /// view.
-    pub fn frame(&self, frustum: &Frustum, view: &View, visible: u32, trees: u32) -> FallFrame {
+    /// The uniforms of a moment.
+    pub fn frame(&self, frustum: &Frustum, view: &View) -> FallFrame {
         let (time, season) = (view.time.to_bits(), view.season.to_bits());
         let now = u64::from(time) << 32 | u64::from(season);
         let before = self.moment.swap(now, Ordering::Relaxed);
@@ -325,8 +324,6 @@ impl GpuFalls {
             recolor: u32::from(forward && before as u32 != season),
             frustum: frustum.planes(),
             time: view.time,
-            visible_count: visible,
-            tree_count: trees,
             show: view.show as u32,
             shadow_reach: if view.shadows { LOOSE_SHADOWS } else { 0.0 },
             ..self.frame

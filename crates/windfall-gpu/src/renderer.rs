@@ -427,7 +427,7 @@ impl Renderer {
         let leaves = |view: usize| ListedTrees::new(view, on_cpu.as_deref());
         let wood = |view: usize| ListedTrees::new(view + VIEWS, on_cpu.as_deref());
         let falls = &forest.falls;
-        let fall_frame = falls.frame(&Frustum::new(frame.clip_from_world), view, 0, 0);
+        let fall_frame = falls.frame(&Frustum::new(frame.clip_from_world), view);
         queue.write_buffer(&falls.uniform, 0, bytemuck::bytes_of(&fall_frame));
         encoder.copy_buffer_to_buffer(
             &falls.arguments,

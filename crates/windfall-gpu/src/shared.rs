@@ -460,10 +460,10 @@ gpu_struct! {
         pub slot_count: u32,
         /// Draws: one for each model and shape.
         pub bin_count: u32,
-        /// Trees in view: the first of the instance buffer.
-        pub visible_count: u32,
-        /// All trees of the instance buffer: in view or casting shadows.
-        pub tree_count: u32,
+        /// Unused.
+        pub padding2: u32,
+        /// Unused.
+        pub padding3: u32,
         /// Where the tables' sections begin, in vectors.
         pub flight_table: u32,
         /// Where the tables' sections begin, in vectors.
