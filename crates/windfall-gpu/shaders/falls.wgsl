@@ -147,7 +147,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     );
 }
 
-fn leaf_fall(stream: Stream, entry: u32, leaf: u32, record: LeafRecord) -> LeafFall {
+fn leaf_fall(stream: Stream, entry: u32, record: LeafRecord) -> LeafFall {
     let at = record.center;
     let turned = vec3(
         stream.cos_yaw * at.x + stream.sin_yaw * at.z,
@@ -160,7 +160,7 @@ fn leaf_fall(stream: Stream, entry: u32, leaf: u32, record: LeafRecord) -> LeafF
     var out: LeafFall;
     out.origin = stream.position + turned * stream.scale;
     out.twig = quat_mul(yaw, own);
-    out.seed = hash(stream.seed, leaf);
+    out.seed = hash(stream.seed, record.rank);
     out.variant = draw_variant(out.seed, stream.path_group, out.origin);
     out.late = wind_late(stream.position.xz);
     out.detach_time = detach_of(stream, entry);
@@ -262,7 +262,7 @@ fn leaf_constants(stream: Stream, entry: u32) -> LeafConstants {
     let leaf = list_entry(stream, entry);
     let record = leaves[stream.leaf_first + leaf];
     var out: LeafConstants;
-    out.falls = leaf_fall(stream, entry, leaf, record);
+    out.falls = leaf_fall(stream, entry, record);
     out.scale = record.scale * stream.scale;
     out.stack = stack_height(out.scale, stream.thickness, out.falls.seed);
     let from_center = (record.center - models[stream.model].crown_center) / models[stream.model].crown_extent;

@@ -69,8 +69,8 @@ fn thrown(root: u32, leaf: u32) -> bool {
 fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
-    let shed = (in.material_shed & 0xffffffu) < (tree.seed_detached.y & 0xffffffu);
-    if seen <= 0.0 || shed || thrown(tree.seed_detached.y >> 24u, in.leaf) {
+    let rank = in.material_shed & 0xffffffu;
+    if seen <= 0.0 || rank < (tree.seed_detached.y & 0xffffffu) || thrown(tree.seed_detached.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
     let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
@@ -84,7 +84,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     out.bent_normal = turn(tree, in.bent_normal.xyz);
     out.uv = in.uv;
     let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
-    let season = leaf_season(tree.seed_detached.x, tree.turn_season.z, in.leaf, high, model.palette_spread);
+    let season = leaf_season(tree.seed_detached.x, tree.turn_season.z, rank, high, model.palette_spread);
     out.color = vec3(season.brightness);
     if model.palette_count > 0u {
         let x = season.phase * f32(model.palette_count - 1u);

@@ -203,9 +203,9 @@ impl Roster {
         (stream.slot_first + entry % stream.keep) as usize
     }
 
-    fn record(&self, stream: &Stream, entry: u32) -> (u32, &LeafRecord) {
+    fn record(&self, stream: &Stream, entry: u32) -> &LeafRecord {
         let leaf = self.records.shed_lists[(stream.list_first + entry) as usize];
-        (leaf, &self.records.records[(stream.leaf_first + leaf) as usize])
+        &self.records.records[(stream.leaf_first + leaf) as usize]
     }
 
     fn detach_time(&self, stream: &Stream, entry: u32) -> f32 {
@@ -219,7 +219,7 @@ impl Roster {
             seed: stream.seed,
             leaves: stream.leaf_count,
         };
-        let rank = self.record(stream, entry).1.rank;
+        let rank = self.record(stream, entry).rank;
         self.falls.shedding.detach_time(&tree, self.gust_rate, rank)
     }
 
@@ -241,7 +241,7 @@ impl Roster {
     }
 
     fn falling_leaf(&self, fall: &Fall<'_>, stream: &Stream, entry: u32) -> FallingLeaf {
-        let (leaf, record) = self.record(stream, entry);
+        let record = self.record(stream, entry);
         let model = &self.models[stream.model as usize];
         let turn = |v: Vec3| {
             let (c, s) = (stream.cos_yaw, stream.sin_yaw);
@@ -253,7 +253,7 @@ impl Roster {
             origin: stream.position + turn(record.center) * stream.scale,
             twig_orientation: Quat::from_rotation_y(stream.sin_yaw.atan2(stream.cos_yaw)) * own,
             tree: stream.position,
-            seed: hash(stream.seed, leaf),
+            seed: hash(stream.seed, record.rank),
             group: stream.path_group,
             detach_time: f64::from(detach_time),
         };

@@ -609,7 +609,7 @@ gpu_struct! {
         pub lying_xy: u32,
         /// Orientation on the ground, z and w as snorm16.
         pub lying_zw: u32,
-        /// Hash of tree and leaf.
+        /// Hash of tree and shed rank.
         pub seed: u32,
         /// Bytes from the lowest: material, ambient light on the twig (unorm), bent normal in the
         /// world in octahedral coordinates (two snorm).

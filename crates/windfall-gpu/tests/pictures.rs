@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_gpu::{
@@ -223,6 +224,28 @@ fn a_moment_is_the_same_whatever_came_before_it() {
         assert!(moments[i] == alone, "moment {i} differs");
     }
     assert!(moments[2] != alone && moments[4] != alone, "time changes the picture");
+}
+
+/// A leaf keeps its colour and its fall wherever it stands in the list: on twigs and off them the tree
+/// in full is the same in each prune order.
+#[test]
+fn a_tree_in_full_looks_the_same_in_each_prune_order() {
+    let (mut trees, forest) = lone(Species::Maple.grow(2));
+    let view = View {
+        time: 60.0,
+        detail: Simplification::NONE,
+        shadow_detail: Simplification::NONE,
+        ..view([0.0, 3.0, 14.0], [0.0, 5.0, 0.0])
+    };
+    let pictures = PruneOrder::ALL.map(|order| {
+        trees[0].foliage.set_prune_order(order, 1);
+        paint(&upload(&trees, &forest, &falls(&trees)), &view)
+    });
+    for picture in &pictures[1..] {
+        // Where leaves cross at the same depth, the one that is drawn first stays.
+        let differ = picture.iter().zip(&pictures[0]).filter(|(a, b)| a != b).count();
+        assert!(differ < picture.len() / 1000, "{differ} of {} bytes", picture.len());
+    }
 }
 
 /// A board of wood, 60 m wide and 40 m high, that faces +Z.

@@ -40,7 +40,7 @@ impl Stage {
                 origin: instance.world_from_tree(leaf.center),
                 twig_orientation: instance.rotation() * leaf.orientation,
                 tree: instance.position,
-                seed: hash(instance.seed, index),
+                seed: hash(instance.seed, leaf.shed_rank),
                 group: falls.groups.get(instance.model as usize).copied().unwrap_or(0),
                 detach_time: 0.0,
             });

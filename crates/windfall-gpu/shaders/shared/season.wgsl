@@ -5,7 +5,7 @@ struct LeafSeason {
     brightness: f32,
 }
 
-// A leaf's own season; `key` is the hash of tree and leaf, `ripe` how far it is ahead of the scene's.
+// A leaf's own season; `key` is the hash of tree and shed rank, `ripe` how far it is ahead of the scene's.
 fn season_of(key: u32, ripe: f32, spread: f32) -> LeafSeason {
     let own = (unit(hash(key, 10u)) + unit(hash(key, 12u)) - 1.0) * spread;
     let phase = clamp(frame.season + ripe + own, 0.0, 1.0);
@@ -18,9 +18,10 @@ fn ripeness(season_offset: f32, high: f32) -> f32 {
     return season_offset + 0.12 * high;
 }
 
-// Each tree and each leaf has its own time.
-fn leaf_season(tree_seed: u32, season_offset: f32, leaf: u32, high: f32, spread: f32) -> LeafSeason {
-    return season_of(hash(tree_seed, leaf), ripeness(season_offset, high), spread);
+// Each tree and each leaf has its own time. A leaf is known by its shed rank, which is the same in every
+// prune order.
+fn leaf_season(tree_seed: u32, season_offset: f32, rank: u32, high: f32, spread: f32) -> LeafSeason {
+    return season_of(hash(tree_seed, rank), ripeness(season_offset, high), spread);
 }
 
 // A unit vector as a point of the square -1..1 (Meyer et al. 2010, octahedral normals).

@@ -354,7 +354,7 @@ mod tests {
             let shed = falls.shedding.tree(instance, foliage.leaves.len() as u32, &falls.wind);
             for (rank, &index) in (0..).zip(&foliage.shed_order) {
                 let leaf = &foliage.leaves[index as usize];
-                let seed = hash(instance.seed, index);
+                let seed = hash(instance.seed, rank);
                 let events = falls.events.iter();
                 let detach = events
                     .filter(|e| (e.instance, e.leaf) == (number, index))
