@@ -60,9 +60,14 @@ pub(crate) fn bucket_share(bucket: u32) -> f32 {
 }
 
 /// The parts of a model's leaves: all of them for trees in full, then those of simplified trees.
-/// `starts` has the first index of each leaf, and their number. Where draws cannot begin in the
-/// middle of a list, the parts are the same for both, and the first is empty.
-pub(crate) fn leaf_parts(starts: &[u32], first_instance: bool) -> Vec<PartDraw> {
+/// `starts` has the first index of each leaf and the end of the last, `simple_starts` those of the same
+/// leaves in few triangles, which simplified trees have. Where draws cannot begin in the middle of a
+/// list, the parts are the same for both, and the first is empty.
+pub(crate) fn leaf_parts(
+    starts: &[u32],
+    simple_starts: &[u32],
+    first_instance: bool,
+) -> Vec<PartDraw> {
     let leaves = starts.len() as u32 - 1;
     if leaves == 0 {
         return Vec::new();
@@ -74,7 +79,7 @@ pub(crate) fn leaf_parts(starts: &[u32], first_instance: bool) -> Vec<PartDraw> 
     for bucket in 1..=high {
         let end = (f64::from(bucket_share(bucket)) * f64::from(leaves)).ceil() as u32;
         if end - first >= FEW_LEAVES || (bucket == high && end > first) {
-            let [a, b] = [first, end].map(|leaf| starts[leaf as usize]);
+            let [a, b] = [first, end].map(|leaf| simple_starts[leaf as usize]);
             parts.push(PartDraw { buckets: (low, high), indices: (a, b - a) });
             (low, first) = (bucket + 1, end);
         }
@@ -402,7 +407,7 @@ mod tests {
     use std::collections::HashMap;
     use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
     use windfall_core::forest::{Placement, Terrain};
-    use windfall_core::simplify::{Fade, FadeBy, Growth};
+    use windfall_core::simplify::{Fade, FadeBy, Growth, SIMPLE_BELOW};
     use windfall_core::tree::Tree;
     use windfall_core::tree::species::Species;
 
@@ -419,14 +424,22 @@ mod tests {
     }
 
     #[test]
+    fn simple_shapes_begin_with_the_first_step() {
+        assert_eq!(bucket_of(SIMPLE_BELOW), BUCKETS - 1);
+        assert_eq!(bucket_of(SIMPLE_BELOW.next_up()), BUCKETS);
+    }
+
+    #[test]
     fn parts_are_each_leaf_once() {
         for leaves in [0u32, 1, 63, 64, 65, 1000, 20_000] {
             // Leaves of three and six indices in turn.
             let starts: Vec<u32> = (0..=leaves).map(|i| i / 2 * 9 + i % 2 * 3).collect();
-            for first_instance in [true, false] {
-                let parts = leaf_parts(&starts, first_instance);
+            // Behind them the same leaves of two triangles each.
+            let simple: Vec<u32> = (0..=leaves).map(|i| starts[leaves as usize] + 6 * i).collect();
+            for (first_instance, starts) in [(true, &simple), (false, &starts)] {
+                let parts = leaf_parts(&starts[..], starts, first_instance);
                 let high = if first_instance { BUCKETS - 1 } else { BUCKETS };
-                let mut end = 0;
+                let mut end = starts[0];
                 let mut low = 0;
                 for part in parts.iter().skip(1) {
                     assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
@@ -436,7 +449,7 @@ mod tests {
                 let most = (f64::from(bucket_share(high)) * f64::from(leaves)).ceil() as usize;
                 assert_eq!(end, starts[most]);
             }
-            let parts = leaf_parts(&starts, true);
+            let parts = leaf_parts(&starts, &simple, true);
             assert_eq!(parts.first().map_or(0, |p| p.indices.1), starts[leaves as usize]);
             // Trees of any bucket are drawn with the leaves that they need.
             for bucket in 1..BUCKETS {
@@ -446,7 +459,7 @@ mod tests {
                     .map(|p| p.indices.1)
                     .sum();
                 let needed = (f64::from(bucket_share(bucket)) * f64::from(leaves)).floor() as usize;
-                let least = if needed >= 64 { starts[needed] } else { 0 };
+                let least = if needed >= 64 { 6 * needed as u32 } else { 0 };
                 assert!(drawn >= least, "{leaves} leaves, bucket {bucket}: {drawn} of {least}");
             }
         }

@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
-use windfall_core::foliage::Foliage;
-use windfall_core::simplify::{WoodLevel, wood_levels};
+use windfall_core::foliage::{Foliage, Leaf, LeafShape};
+use windfall_core::simplify::{WoodLevel, simple_shapes, wood_levels};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
 /// A vertex of the hanging leaves: 40 bytes. Everything of the leaf is repeated in its vertices,
@@ -113,7 +113,9 @@ impl GpuModel {
         tree: &Tree,
         events: &wgpu::Buffer,
     ) -> Self {
-        let (leaf_vertices, leaf_indices, leaf_starts) = leaf_mesh(tree);
+        // A draw that begins in the middle of a list is more than some devices can do.
+        let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
+        let leaf_mesh = LeafMesh::new(&tree.foliage, first_instance);
         let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
         let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
         let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
@@ -128,8 +130,6 @@ impl GpuModel {
             part(device, layout, [&model, events], vertices, indices, materials, array)
         };
         let mut levels = wood_levels(&tree.wood);
-        // A draw that begins in the middle of a list is more than some devices can do.
-        let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         levels.truncate(if first_instance { WOOD_LEVELS } else { 1 });
         let mut wood_indices = Vec::new();
         let wood_ranges: Vec<(u32, u32)> = levels
@@ -147,14 +147,14 @@ impl GpuModel {
             &wood_textures,
         );
         let leaves = part(
-            bytemuck::cast_slice(&leaf_vertices),
-            &leaf_indices,
+            bytemuck::cast_slice(&leaf_mesh.vertices),
+            &leaf_mesh.indices,
             &tree.foliage.materials,
             &leaf_textures,
         );
         Self {
             leaf_count: tree.foliage.leaves.len() as u32,
-            leaf_parts: leaf_parts(&leaf_starts, first_instance),
+            leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
             wood_parts: wood_parts(&wood_ranges),
             crown: crown(tree, &levels),
             wood,
@@ -167,9 +167,10 @@ impl GpuModel {
 /// Bytes of GPU memory that a tree model takes: buffers and textures with their mip maps.
 pub fn model_bytes(tree: &Tree) -> u64 {
     let foliage = &tree.foliage;
-    let buffers = foliage.vertex_count() * size_of::<LeafVertex>()
+    let leaves = LeafMesh::new(foliage, true);
+    let buffers = leaves.vertices.len() * size_of::<LeafVertex>()
         + tree.wood.vertices.len() * size_of::<WoodVertex>()
-        + (foliage.triangle_count() * 3 + tree.wood.indices.len()) * size_of::<u32>()
+        + (leaves.indices.len() + tree.wood.indices.len()) * size_of::<u32>()
         + size_of::<Model>();
     buffers as u64
         + crate::texture::array_bytes(&foliage.materials)
@@ -326,25 +327,62 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
     }
 }
 
-/// The leaves as one mesh in prune order, and the first index of each leaf and their number.
-fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>, Vec<u32>) {
-    let foliage = &tree.foliage;
-    let mut vertices = Vec::with_capacity(foliage.vertex_count());
-    let mut indices = Vec::with_capacity(foliage.triangle_count() * 3);
-    let mut starts = Vec::with_capacity(foliage.leaves.len() + 1);
-    for (i, leaf) in foliage.leaves.iter().enumerate() {
-        let shape = &foliage.shapes[leaf.shape as usize];
-        let first = vertices.len() as u32;
-        starts.push(indices.len() as u32);
-        indices.extend(shape.indices.iter().map(|&index| first + index));
+/// The leaves of a tree as a mesh.
+struct LeafMesh {
+    vertices: Vec<LeafVertex>,
+    indices: Vec<u32>,
+    /// In prune order the first index of each leaf, and the end of the last.
+    starts: Vec<u32>,
+    /// The same of the leaves in few triangles, for simplified trees.
+    simple_starts: Vec<u32>,
+}
+
+impl LeafMesh {
+    fn new(foliage: &Foliage, simplify: bool) -> Self {
+        let mut mesh = Self {
+            vertices: Vec::with_capacity(foliage.vertex_count()),
+            indices: Vec::with_capacity(foliage.triangle_count() * 3),
+            starts: Vec::new(),
+            simple_starts: Vec::new(),
+        };
+        let simple = if simplify { simple_shapes(foliage) } else { Vec::new() };
+        let mut firsts = Vec::with_capacity(foliage.leaves.len());
+        for (i, leaf) in (0..).zip(&foliage.leaves) {
+            mesh.starts.push(mesh.indices.len() as u32);
+            firsts.push(mesh.vertices.len() as u32);
+            let shape = &foliage.shapes[leaf.shape as usize];
+            mesh.add(i, leaf, shape);
+        }
+        mesh.starts.push(mesh.indices.len() as u32);
+        if simple.iter().all(Option::is_none) {
+            mesh.simple_starts.clone_from(&mesh.starts);
+            return mesh;
+        }
+        for (i, leaf) in (0..).zip(&foliage.leaves) {
+            mesh.simple_starts.push(mesh.indices.len() as u32);
+            if let Some(shape) = &simple[leaf.shape as usize] {
+                mesh.add(i, leaf, shape);
+            } else {
+                let shape = &foliage.shapes[leaf.shape as usize];
+                let first = firsts[i as usize];
+                mesh.indices.extend(shape.indices.iter().map(|&index| first + index));
+            }
+        }
+        mesh.simple_starts.push(mesh.indices.len() as u32);
+        mesh
+    }
+
+    fn add(&mut self, index: u32, leaf: &Leaf, shape: &LeafShape) {
+        let first = self.vertices.len() as u32;
+        self.indices.extend(shape.indices.iter().map(|&index| first + index));
         let bent_normal = snorm(leaf.bent_normal);
         for ((&position, &normal), &uv) in
             shape.positions.iter().zip(&shape.normals).zip(&shape.uvs)
         {
             let offset = leaf.orientation * position * leaf.scale;
-            vertices.push(LeafVertex {
+            self.vertices.push(LeafVertex {
                 center: leaf.center.to_array(),
-                leaf: i as u32,
+                leaf: index,
                 offset: offset.extend(leaf.ambient).to_array().map(f16::from_f32),
                 normal: snorm(leaf.orientation * normal),
                 bent_normal,
@@ -353,6 +391,4 @@ fn leaf_mesh(tree: &Tree) -> (Vec<LeafVertex>, Vec<u32>, Vec<u32>) {
             });
         }
     }
-    starts.push(indices.len() as u32);
-    (vertices, indices, starts)
 }

@@ -9,12 +9,14 @@ mod budget;
 mod level;
 mod nearest;
 mod order;
+mod shape;
 mod visible;
 mod wood;
 
 pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
+pub use shape::{SIMPLE_BELOW, simple_shapes};
 pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{WoodLevel, wood_levels};
 

@@ -41,6 +41,9 @@ pub struct Args {
     /// Rescale the trees of part c to this height, metres
     #[arg(long, value_name = "M")]
     height: Option<f32>,
+    /// Leaves of the species of part c; their own number where this is not given
+    #[arg(long, value_name = "N")]
+    leaves: Option<u32>,
     /// Levels of detail of part c
     #[arg(long, value_name = "SHARE", value_delimiter = ',', default_values_t = error::LAMBDAS)]
     lambda: Vec<f32>,
@@ -50,6 +53,9 @@ pub struct Args {
     /// Sides from which the trees of part c are seen
     #[arg(long, value_name = "N", default_value_t = 2)]
     sides: u32,
+    /// Save the pictures of part c, seen from the first side, into this folder
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use windfall_core::foliage::Foliage;
 use windfall_core::forest::{Frustum, Placement, Terrain};
-use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification, Visibility};
+use windfall_core::simplify::{
+    Growth, Level, Reduction, SIMPLE_BELOW, Seen, Simplification, Visibility, simple_shapes,
+};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
@@ -131,6 +133,7 @@ pub fn solve(mut low: f32, mut high: f32, value: f64, f: impl Fn(f32) -> f64) ->
 /// The leaves of a view as one mesh in world space: what a bare draw is given.
 pub fn leaves_in_world(stage: &Stage, view: &View, size: (u32, u32)) -> (Vec<Vec3>, Vec<u32>, u64) {
     let (mut positions, mut indices, mut leaves) = (Vec::new(), Vec::new(), 0);
+    let simple: Vec<_> = stage.trees.iter().map(|tree| simple_shapes(&tree.foliage)).collect();
     for (i, seen) in seen(stage, view, size) {
         let instance = &stage.forest.instances[i];
         let foliage = &stage.trees[instance.model as usize].foliage;
@@ -146,7 +149,10 @@ pub fn leaves_in_world(stage: &Stage, view: &View, size: (u32, u32)) -> (Vec<Vec
                 continue;
             }
             leaves += 1;
+            let far = view.detail.drawn(&level) <= SIMPLE_BELOW;
+            let simple = simple[instance.model as usize][leaf.shape as usize].as_ref();
             let shape = &foliage.shapes[leaf.shape as usize];
+            let shape = simple.filter(|_| far).unwrap_or(shape);
             let first = positions.len() as u32;
             let grown = leaf.scale * level.growth * visible.sqrt();
             positions.extend(shape.positions.iter().map(|&p| {

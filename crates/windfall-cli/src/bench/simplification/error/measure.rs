@@ -2,8 +2,10 @@
 
 use crate::bench::stand::FORMAT;
 use crate::gpu::Gpu;
+use crate::output::Picture;
 use anyhow::Context;
 use glam::Vec3;
+use std::path::Path;
 use windfall_gpu::{Canvas, Capture, GpuForest, Renderer, Target, View};
 
 /// A picture in linear light, rows from the top.
@@ -34,6 +36,13 @@ impl Linear {
     /// As it is stored, three bytes a pixel.
     fn encoded(&self) -> Vec<u8> {
         self.pixels.iter().flat_map(|p| p.to_array().map(|v| encoded(v).round() as u8)).collect()
+    }
+
+    /// Writes a PNG.
+    pub fn save_png(&self, path: &Path) -> anyhow::Result<()> {
+        let bytes = self.encoded();
+        let rgba: Vec<u8> = bytes.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
+        Picture { width: self.width, height: self.height, rgba: &rgba }.save_png(path)
     }
 
     /// Mean difference, in steps of a stored picture.

@@ -17,14 +17,19 @@ use super::Args;
 use super::stands::seen;
 use crate::gpu::Gpu;
 use crate::tree::read_or_grow;
-use anyhow::bail;
+use anyhow::{Context, bail};
 use glam::Vec3;
 use measure::{Foliage, Linear};
 use rival::{Rival, simplified};
 use serde::Serialize;
+use std::path::Path;
+use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Instance, Terrain};
-use windfall_core::simplify::{FadeBy, Growth, PruneOrder, Reduction, Simplification};
+use windfall_core::simplify::{
+    FadeBy, Growth, PruneOrder, Reduction, SIMPLE_BELOW, Simplification, simple_shapes,
+};
 use windfall_core::tree::Tree;
+use windfall_core::tree::species::Species;
 use windfall_gpu::{Camera, Falls, GpuForest, Renderer, Show, View};
 use windfall_scenes::Stage;
 
@@ -249,7 +254,10 @@ pub fn errors(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result
     }
     let mut errors = Errors { screen: args.screen, sides: args.sides, rows: Vec::new() };
     for name in &args.tree {
-        let tree = read_or_grow(name, 1, &[], args.height)?;
+        let tree = match (name.parse::<Species>(), args.leaves) {
+            (Ok(species), Some(leaves)) => species.grow_with(1, leaves),
+            _ => read_or_grow(name, 1, &[], args.height)?,
+        };
         if tree.foliage.leaves.is_empty() {
             bail!("{name}: has no leaves");
         }
@@ -271,6 +279,14 @@ pub fn errors(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result
         errors.rows.extend(bench.rows(gpu, &place, &forced, &near_candidates())?);
     }
     Ok(errors)
+}
+
+/// Triangles of all leaves with simple shapes.
+fn simple_triangle_count(foliage: &windfall_core::foliage::Foliage) -> usize {
+    let triangles = |shape: &LeafShape| shape.indices.len() / 3;
+    let simple = simple_shapes(foliage);
+    let of = |shape: usize| triangles(simple[shape].as_ref().unwrap_or(&foliage.shapes[shape]));
+    foliage.leaves.iter().map(|leaf| of(leaf.shape as usize)).sum()
 }
 
 /// Where the default simplification has a level.
@@ -306,6 +322,7 @@ impl Bench<'_> {
         let reference = self.look(gpu, &film, whole, place, &nothing)?;
         drop(film);
         let of_reference = reference.total();
+        self.save(place, "reference", &reference.pictures[0])?;
         let film = Film::new(gpu, self.renderer, place.size, 1);
         let mut rows = Vec::new();
         println!(
@@ -385,10 +402,21 @@ impl Bench<'_> {
                     flicker: seen.flicker - reference.flicker,
                 };
                 row.print();
+                let name = format!("{lambda}-{}", candidate.name);
+                self.save(place, &name, &seen.pictures[0])?;
                 rows.push(row);
             }
         }
         Ok(rows)
+    }
+
+    /// Saves a picture, where pictures are wanted.
+    fn save(&self, place: &Place, name: &str, picture: &Linear) -> anyhow::Result<()> {
+        let Some(folder) = &self.args.pictures else { return Ok(()) };
+        std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+        let stem = Path::new(self.name).file_stem().unwrap_or_default().display();
+        let name = name.replace([' ', ','], "-");
+        picture.save_png(&folder.join(format!("{stem}-{:.0}m-{name}.png", place.distance)))
     }
 
     fn forest(&self, model: Model) -> &GpuForest {
@@ -400,10 +428,13 @@ impl Bench<'_> {
     fn drawn(&self, place: &Place, candidate: &Candidate) -> (f32, usize) {
         let stage = &self.subject.stage;
         let view = self.subject.view(place, 0, 1, 0);
-        let all = stage.trees[0].foliage.triangle_count();
         let share = seen(stage, &view, place.size)
             .first()
             .map_or(1.0, |(_, seen)| candidate.detail.drawn(&candidate.detail.level(seen)));
+        let foliage = &stage.trees[0].foliage;
+        let full = foliage.triangle_count();
+        let far = share <= SIMPLE_BELOW;
+        let all = if far { simple_triangle_count(foliage) } else { full };
         (share, (share * all as f32).round() as usize)
     }
 
