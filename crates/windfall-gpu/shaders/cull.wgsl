@@ -291,6 +291,18 @@ fn arrange(
     }
 }
 
+// Between a tree's leaves and the sun: the twin of windfall_core::simplify::Shading::mean_cosine.
+fn mean_cosine(crown: Crown, tree: TreeRecord) -> f32 {
+    let sun = frame.sun_direction;
+    let light = vec3(
+        tree.cos_yaw * sun.x - tree.sin_yaw * sun.z,
+        sun.y,
+        tree.cos_yaw * sun.z + tree.sin_yaw * sun.x,
+    );
+    let square = dot(crown.normal_squares.xyz, light * light) + dot(crown.normal_products.xyz, light * light.yzx);
+    return pow(clamp(square, 1e-9, 1.0), 0.63092975);
+}
+
 // Mean colour of a tree's leaves: over heights in the crown and the leaves' own times.
 fn mean_color(model: Model, season_offset: f32) -> vec3<f32> {
     if model.palette_count == 0u {
@@ -349,7 +361,8 @@ fn place(
         out.mean_color = mean_color(models[tree.model], tree.season_offset);
     }
     out.seed = tree.seed;
-    out.wind = wind_at(tree.position);
+    out.wind = pack2x16float(wind_at(tree.position));
+    out.mean_cosine = select(mean_cosine(crown, tree), list.mean_cosine, list.mean_cosine >= 0.0);
     let detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
     out.detached = detached | (tree.events << 24u);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;

@@ -22,21 +22,27 @@ struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
-    @location(2) bent_normal: vec3<f32>,
+    // What reaches the leaf of the sun, of one far away, in `w`.
+    @location(2) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
-    // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity.
-    @location(7) @interpolate(flat) contrast_seen: vec2<f32>,
+    // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity;
+    // the mean cosine towards which shading draws together.
+    @location(7) @interpolate(flat) contrast_seen_cosine: vec3<f32>,
 }
 
 // Leaves of trees that are simplified are far away: what is smaller than a pixel there is left out.
 // Settled when the pipeline is made, since software drivers run both sides of every branch.
 override far: bool = false;
+// Whether the pass has colours. Shadow maps have none.
+override lit: bool = true;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
+// How far from a far leaf's centre light is looked for, in sizes of the leaf, less one.
+const SHADE_SPREAD: f32 = 1.5;
 // Frame.show: how far trees are simplified.
 const SHOW_DETAIL: u32 = 2u;
 
@@ -70,7 +76,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
     let rank = in.material_shed & 0xffffffu;
-    if seen <= 0.0 || rank < (tree.seed_detached.y & 0xffffffu) || thrown(tree.seed_detached.y >> 24u, in.leaf) {
+    if seen <= 0.0 || rank < (tree.seed_detached_wind_cosine.y & 0xffffffu) || thrown(tree.seed_detached_wind_cosine.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
     let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
@@ -80,11 +86,22 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.world = world_from_tree(tree, place);
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
-    out.normal = turn(tree, in.normal.xyz);
-    out.bent_normal = turn(tree, in.bent_normal.xyz);
     out.uv = in.uv;
+    out.material = in.material_shed >> 24u;
+    out.contrast_seen_cosine = vec3(tree.fade_growth.w, seen, bitcast<f32>(tree.seed_detached_wind_cosine.w));
+    if !lit {
+        return out;
+    }
+    out.normal = turn(tree, in.normal.xyz);
+    out.bent_normal_reach = vec4(turn(tree, in.bent_normal.xyz), 1.0);
+    if far {
+        // Fewer leaves stand for what shades each of many: each for as much of the crown about it as its
+        // corners, spread, reach.
+        let about = turn(tree, in.offset_ambient.xyz) * (tree.position_scale.w * tree.fade_growth.z * SHADE_SPREAD);
+        out.bent_normal_reach.w = sun_visibility(out.world + about, vec3(0.0), 64.0 * fract(out.world.xz), 1u, 1.5);
+    }
     let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
-    let season = leaf_season(tree.seed_detached.x, tree.turn_season.z, rank, high, model.palette_spread);
+    let season = leaf_season(tree.seed_detached_wind_cosine.x, tree.turn_season.z, rank, high, model.palette_spread);
     out.color = vec3(season.brightness);
     if model.palette_count > 0u {
         let x = season.phase * f32(model.palette_count - 1u);
@@ -96,9 +113,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    out.material = in.material_shed >> 24u;
     out.ambient = mix(model.mean_ambient, in.offset_ambient.w, tree.fade_growth.w);
-    out.contrast_seen = vec2(tree.fade_growth.w, seen);
     return out;
 }
 
@@ -138,12 +153,13 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     out.clip = frame.clip_from_world * vec4(world, 1.0);
     out.normal = normal;
     // The crown's bent normal on the twig; in the air light comes from above.
-    out.bent_normal = mix(from_octahedral(unpack4x8snorm(look).yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(look).w);
+    let bent = mix(from_octahedral(unpack4x8snorm(look).yz), vec3(0.0, 1.0, 0.0), unpack4x8unorm(look).w);
+    out.bent_normal_reach = vec4(bent, 1.0);
     out.uv = uv;
     out.color = color.rgb * color.rgb * 2.0;
     out.material = look & 0xffu;
     out.ambient = color.w;
-    out.contrast_seen = vec2(1.0);
+    out.contrast_seen_cosine = vec3(1.0, 1.0, 0.5);
     return out;
 }
 
@@ -161,8 +177,8 @@ fn loose(in: LooseVertex) -> Varyings {
 }
 
 // A cosine drawn towards its mean (SFS, 4.3.2), on the side of the leaf where it is.
-fn less_contrast(cosine: f32, contrast: f32) -> f32 {
-    return mix(frame.mean_cosine, abs(cosine), contrast) * select(-1.0, 1.0, cosine >= 0.0);
+fn less_contrast(cosine: f32, contrast: f32, mean: f32) -> f32 {
+    return mix(mean, abs(cosine), contrast) * select(-1.0, 1.0, cosine >= 0.0);
 }
 
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
@@ -171,12 +187,16 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, view) >= 0.0);
     // Opposite normals may cancel: a nudge keeps the sum from being nothing.
-    let bent = normalize(in.bent_normal + vec3(0.0, 1e-3, 0.0));
+    let bent = normalize(in.bent_normal_reach.xyz + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
-    let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
-    let reach = sun_visibility(in.world, towards, in.clip.xy, select(4u, 1u, far), 1.5) * mix(0.6, 1.0, in.ambient);
-    let facing = less_contrast(dot(normal, sun), in.contrast_seen.x);
+    var reach = in.bent_normal_reach.w;
+    if !far {
+        let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
+        reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5);
+    }
+    reach *= mix(0.6, 1.0, in.ambient);
+    let facing = less_contrast(dot(normal, sun), in.contrast_seen_cosine.x, in.contrast_seen_cosine.z);
     let leaf = leaf_diffuse(albedo);
     let direct = frame.sun_color * reach
         * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, !far && has(GLOSS));
@@ -286,7 +306,7 @@ struct Faded {
 // A hashed share of the samples, the same whatever is drawn first or behind.
 fn seen_samples(in: Varyings) -> u32 {
     let key = hash(hash(bitcast<u32>(in.world.x), bitcast<u32>(in.world.y)), bitcast<u32>(in.world.z));
-    let count = u32(in.contrast_seen.y * 4.0 + unit(key));
+    let count = u32(in.contrast_seen_cosine.y * 4.0 + unit(key));
     let turned = ((1u << count) - 1u) << (hash(key, 1u) & 3u);
     return (turned | (turned >> 4u)) & 15u;
 }

@@ -13,11 +13,12 @@ use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord}
 use crate::view::{Culling, View};
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec2, Vec3};
+use half::f16;
 use std::f32::consts::PI;
 use std::ops::Range;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::shed::{Shedding, TreeShedding};
-use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Simplification, Visibility};
+use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Shading, Simplification, Visibility};
 
 /// Bounds of parts.
 pub(crate) const BUCKETS: u32 = 48;
@@ -139,7 +140,7 @@ impl TreeList {
             shading_contrast: flag(detail.shading_contrast),
             culling: culling as u32,
             wood_pixels: detail.wood_pixels,
-            list_padding0: 0,
+            mean_cosine: detail.mean_cosine.unwrap_or(-1.0),
             list_padding1: 0,
             list_padding2: 0,
         }
@@ -240,6 +241,7 @@ impl Trees {
         season: impl Fn(usize, &TreeRecord) -> Vec3,
         detached: impl Fn(&TreeRecord, u32) -> u32,
         wind: impl Fn(Vec3) -> Vec2,
+        sun: Vec3,
     ) -> CpuList {
         let frustum = Frustum::new(list.clip_from_world);
         let mut out = CpuList {
@@ -289,7 +291,12 @@ impl Trees {
                     color_contrast,
                     seed: tree.seed,
                     detached: detached | tree.events << 24,
-                    wind: wind(tree.position),
+                    wind: pack_halfs(wind(tree.position)),
+                    mean_cosine: if list.mean_cosine >= 0.0 {
+                        list.mean_cosine
+                    } else {
+                        crown.mean_cosine(tree.turned_back(sun))
+                    },
                 };
                 let leaves = crown.leaf_count as f32;
                 let hanging = 1.0 - detached as f32 / leaves.max(1.0);
@@ -313,7 +320,21 @@ impl Trees {
     }
 }
 
+/// Two numbers as `unpack2x16float` has them.
+fn pack_halfs(v: Vec2) -> u32 {
+    let [x, y] = v.to_array().map(|v| u32::from(f16::from_f32(v).to_bits()));
+    x | y << 16
+}
+
 impl Crown {
+    /// `windfall_core::simplify::Shading::mean_cosine`; `light` is in the tree.
+    fn mean_cosine(&self, light: Vec3) -> f32 {
+        let products = light * Vec3::new(light.y, light.z, light.x);
+        let square = self.normal_squares.truncate().dot(light * light)
+            + self.normal_products.truncate().dot(products);
+        square.clamp(0.0, 1.0).powf(Shading::EXPONENT)
+    }
+
     /// The coarsest level of wood within an error, metres.
     fn wood_level(&self, error: f32) -> u32 {
         let mut level = 1;
@@ -341,6 +362,12 @@ impl TreeRecord {
         let (c, s) = (self.cos_yaw, self.sin_yaw);
         let turned = Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
         self.position + turned * self.scale
+    }
+
+    /// A direction of the world in the tree.
+    fn turned_back(&self, v: Vec3) -> Vec3 {
+        let (c, s) = (self.cos_yaw, self.sin_yaw);
+        Vec3::new(c * v.x - s * v.z, v.y, c * v.z + s * v.x)
     }
 
     /// What its detach times depend on.
@@ -425,8 +452,8 @@ mod tests {
 
     #[test]
     fn simple_shapes_begin_with_the_first_step() {
-        assert_eq!(bucket_of(SIMPLE_BELOW), BUCKETS - 1);
-        assert_eq!(bucket_of(SIMPLE_BELOW.next_up()), BUCKETS);
+        assert_eq!(bucket_of(0.9999 * SIMPLE_BELOW), BUCKETS - 1);
+        assert_eq!(bucket_of(1.0001 * SIMPLE_BELOW), BUCKETS);
     }
 
     #[test]
@@ -581,6 +608,10 @@ mod tests {
         assert!(simplified > 300, "{simplified}");
     }
 
+    fn unpack_halfs(v: u32) -> Vec2 {
+        Vec2::new(f16::from_bits(v as u16).into(), f16::from_bits((v >> 16) as u16).into())
+    }
+
     /// Holds a list of the GPU against the CPU's; how many of its trees are simplified.
     fn compare(
         forest: &GpuForest,
@@ -619,7 +650,8 @@ mod tests {
                         && near(tree.color_contrast, wanted.color_contrast)
                         && tree.mean_color.distance(wanted.mean_color) < 1e-4
                         && tree.detached.abs_diff(wanted.detached) <= 1
-                        && tree.wind.distance(wanted.wind) < 0.01,
+                        && near(tree.mean_cosine, wanted.mean_cosine)
+                        && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,
                     "{tree:?}\nis not\n{wanted:?}"
                 );
                 simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);

@@ -21,9 +21,8 @@ use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
 /// [`TreeInstance`] as a vertex buffer.
-pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
-    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x2,
-    13 => Float32x2
+pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
+    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x4
 ];
 
 /// A forest uploaded once and drawn in many frames.
@@ -198,6 +197,7 @@ impl GpuForest {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
         let wind = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
-        self.trees.list_on_cpu(list, wood, detail, season, detached, wind)
+        let sun = view.sky.sun_direction();
+        self.trees.list_on_cpu(list, wood, detail, season, detached, wind, sun)
     }
 }

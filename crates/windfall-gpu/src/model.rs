@@ -273,19 +273,9 @@ fn model_uniform(tree: &Tree) -> Model {
         texture_luminance: 1.0,
         leaf_count: foliage.leaves.len() as u32,
         tree_height: tree.height(),
-        mean_ambient: mean_ambient(foliage),
+        mean_ambient: foliage.shading.ambient,
         crown: Crown::zeroed(),
     }
-}
-
-/// Mean of what the leaves have of the ambient light, as it is seen: the more open a leaf is to the
-/// sky, the more of it is open to the eye.
-fn mean_ambient(foliage: &Foliage) -> f32 {
-    let (sum, squares) = foliage
-        .leaves
-        .iter()
-        .fold((0.0f32, 0.0f32), |(s, q), l| (s + l.ambient, q + l.ambient * l.ambient));
-    if sum > 0.0 { squares / sum } else { 1.0 }
 }
 
 pub(crate) fn snorm(v: Vec3) -> [i8; 4] {
@@ -312,6 +302,7 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
     let lengths =
         foliage.leaves.iter().map(|l| l.scale * foliage.shapes[l.shape as usize].radius());
     let share = foliage.visible_share.clamp(1e-9, 0.999);
+    let normals = foliage.shading.normals;
     Crown {
         center: (low + high) * 0.5,
         radius: (high - low).length() * 0.5,
@@ -323,6 +314,9 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
         leaf_count: foliage.leaves.len() as u32,
         wood_levels: levels.len() as u32,
         wood_errors,
+        normal_squares: Vec4::new(normals.x_axis.x, normals.y_axis.y, normals.z_axis.z, 0.0),
+        normal_products: 2.0
+            * Vec4::new(normals.x_axis.y, normals.y_axis.z, normals.z_axis.x, 0.0),
         ..Crown::zeroed()
     }
 }

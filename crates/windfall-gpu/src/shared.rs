@@ -168,8 +168,8 @@ gpu_struct! {
         pub show: u32,
         /// 1 where leaves fade by easing in and out.
         pub fade_smooth: u32,
-        /// The mean cosine towards which the shading of simplified trees draws together.
-        pub mean_cosine: f32,
+        /// Unused.
+        pub frame_padding: u32,
     }
 }
 
@@ -211,8 +211,8 @@ gpu_struct! {
         pub culling: u32,
         /// `Simplification::wood_pixels`.
         pub wood_pixels: f32,
-        /// Unused.
-        pub list_padding0: u32,
+        /// `Simplification::mean_cosine`, or -1 for that of the trees' own leaves.
+        pub mean_cosine: f32,
         /// Unused.
         pub list_padding1: u32,
         /// Unused.
@@ -282,6 +282,10 @@ gpu_struct! {
         pub padding1: u32,
         /// Their errors, metres, rising from 0.
         pub wood_errors: [Vec4; 4],
+        /// `windfall_core::simplify::Shading::normals`: xx, yy, zz.
+        pub normal_squares: Vec4,
+        /// Twice xy, yz, zx.
+        pub normal_products: Vec4,
     }
 }
 
@@ -394,8 +398,10 @@ gpu_struct! {
         /// Leaves of shed rank below the lower 24 bits have left their twigs; above them the root of
         /// the tree's events.
         pub detached: u32,
-        /// Wind at the foot along x and z, m/s.
-        pub wind: Vec2,
+        /// Wind at the foot along x and z, m/s, as f16.
+        pub wind: u32,
+        /// The mean cosine between its leaves and the sun, towards which shading draws together.
+        pub mean_cosine: f32,
     }
 }
 

@@ -279,7 +279,7 @@ impl View {
             grassy: 0.7 * (self.meadow - 0.5),
             show: self.show as u32,
             fade_smooth: u32::from(self.detail.fade.smooth),
-            mean_cosine: self.detail.mean_cosine,
+            frame_padding: 0,
         }
     }
 }

@@ -27,8 +27,8 @@ pub struct DetailEntry {
     pub color_contrast: bool,
     /// Whether shading draws together.
     pub shading_contrast: bool,
-    /// The mean cosine towards which it does.
-    pub mean_cosine: f32,
+    /// The mean cosine towards which it does; `None`: that of the tree's own leaves.
+    pub mean_cosine: Option<f32>,
     /// What fades.
     pub fade: FadeEntry,
     /// Half the range of ranks over which leaves fade.
@@ -158,7 +158,7 @@ impl DetailEntry {
             ("b0", self.b0.unwrap_or(1.0), 0.01, 1e9),
             ("growth_factor", self.growth_factor.unwrap_or(1.0), 1.0, 1e6),
             ("growth_pixels", self.growth_pixels, 0.0, 1e6),
-            ("mean_cosine", self.mean_cosine, 0.0, 1.0),
+            ("mean_cosine", self.mean_cosine.unwrap_or(0.5), 0.0, 1.0),
             ("fade_range", range, 0.0, 1.0),
             ("wood_pixels", self.wood_pixels, 0.0, 1000.0),
         ];
@@ -194,7 +194,7 @@ mod tests {
             growth: Growth { factor: f32::INFINITY, pixels: 3.0 },
             color_contrast: false,
             shading_contrast: false,
-            mean_cosine: Simplification::PAPER_COSINE,
+            mean_cosine: Some(Simplification::PAPER_COSINE),
             fade: Fade {
                 by: FadeBy::Opacity,
                 range: FadeRange::Quadratic(0.1),

@@ -10,7 +10,7 @@ pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
 
 use crate::rng::{Rng, hash, unit};
-use crate::simplify::{Visibility, openness};
+use crate::simplify::{Shading, Visibility, openness};
 use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
@@ -36,6 +36,8 @@ pub struct Foliage {
     pub visible_share: f32,
     /// [`Visibility::disocclusion`], of the leaves in the prune order that they were put in.
     pub disocclusion: f32,
+    /// What shading draws together towards in simplified trees.
+    pub shading: Shading,
 }
 
 /// One leaf element: a leaf, or a card with a twig of leaves.
@@ -159,12 +161,14 @@ impl Foliage {
             crown_center,
             visible_share: 0.0,
             disocclusion: 0.0,
+            shading: Shading::default(),
         };
-        foliage.look();
         let open = openness(&foliage);
         for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
             leaf.ambient = open;
         }
+        foliage.look();
+        foliage.shading = Shading::of(&foliage);
         foliage
     }
 

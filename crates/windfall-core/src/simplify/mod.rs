@@ -9,6 +9,7 @@ mod budget;
 mod level;
 mod nearest;
 mod order;
+mod shading;
 mod shape;
 mod visible;
 mod wood;
@@ -16,6 +17,7 @@ mod wood;
 pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
+pub use shading::Shading;
 pub use shape::{SIMPLE_BELOW, simple_shapes};
 pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{WoodLevel, wood_levels};
@@ -36,10 +38,10 @@ pub struct Simplification {
     pub color_contrast: bool,
     /// Whether shading draws together towards its mean (SFS, 4.3.2).
     pub shading_contrast: bool,
-    /// The mean of the cosine between a leaf and the light, towards which shading draws together.
-    /// [`Simplification::PAPER_COSINE`] is that of SFS; ½, the default, is the mean of leaves that
-    /// lean in every direction of space alike.
-    pub mean_cosine: f32,
+    /// The mean of the cosine between a leaf and the light, `0..=1`, towards which shading draws
+    /// together. `None`, the default, is that of each tree's own leaves ([`Shading::mean_cosine`]);
+    /// [`Simplification::PAPER_COSINE`] is that of SFS.
+    pub mean_cosine: Option<f32>,
     /// How leaves appear and vanish.
     pub fade: Fade,
     /// How far the surface of simplified wood may be from its place in the picture, pixels; 0 keeps
@@ -122,7 +124,7 @@ impl Simplification {
         growth: Growth { factor: 2.0, pixels: 4.0 },
         color_contrast: true,
         shading_contrast: true,
-        mean_cosine: 0.5,
+        mean_cosine: None,
         fade: Fade {
             by: FadeBy::Size,
             range: FadeRange::Proportional(0.2),

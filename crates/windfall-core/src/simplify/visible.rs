@@ -45,9 +45,7 @@ impl Visibility {
         const SHARES: [f32; 2] = [0.25, 0.0625];
         let all = foliage.leaves.len();
         let Some(mut film) = Film::around(foliage, 4.0) else { return Self::default() };
-        // Crowns are round enough for a few, and an outline is the same from the opposite side.
-        let sides = sides();
-        let sides = [0, 3, 6, 9, 11].map(|i| sides[i]);
+        let sides = few_sides();
         let (drawn, seen) = Count::sum(&film.count(foliage, all, 1.0, &sides));
         if seen == 0 {
             return Self::default();
@@ -112,6 +110,13 @@ pub fn visible_areas(foliage: &Foliage) -> Vec<f32> {
         .collect()
 }
 
+/// How much of what is seen of a crown each leaf is, in prune order, in no particular unit.
+pub(super) fn seen_shares(foliage: &Foliage) -> Vec<f32> {
+    let Some(mut film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
+    let count = film.count(foliage, foliage.leaves.len(), 1.0, &few_sides());
+    count.iter().map(|c| c.seen as f32).collect()
+}
+
 /// How much of the sky each leaf sees through the crown, `0..=1`, in prune order: of what it turns
 /// to a sky of even brightness, with either side, the part that other leaves do not hide. It is
 /// ambient occlusion per leaf from depth renders of the crown (P.-P. Vázquez and M. Balsa,
@@ -142,6 +147,12 @@ pub fn sides() -> [Vec3; 13] {
         8..12 => ring((i as f32 + 0.25) / 4.0, 0.577),
         _ => Vec3::Y,
     })
+}
+
+/// Some of [`sides`]: crowns are round enough for a few.
+fn few_sides() -> [Vec3; 5] {
+    let sides = sides();
+    [0, 3, 6, 9, 11].map(|i| sides[i])
 }
 
 /// `count` directions that share the sky's half sphere evenly: a spiral by the golden angle.

@@ -41,7 +41,10 @@ impl Leaves {
                     fragment,
                     alpha_to_coverage,
                     target,
-                    constants: &[("far", f64::from(u8::from(far)))],
+                    constants: &[
+                        ("far", f64::from(u8::from(far))),
+                        ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
+                    ],
                 })
             };
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);

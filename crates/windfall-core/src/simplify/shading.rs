@@ -1,0 +1,107 @@
+//! What the shading of a crown's leaves draws together towards as fewer of them are drawn (SFS, 4.3.2).
+
+use super::visible::seen_shares;
+use crate::foliage::Foliage;
+use glam::{Mat3, Vec3};
+
+/// Means over the leaves of a crown that are seen from outside, each leaf by its visible area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shading {
+    /// Mean of [`crate::foliage::Leaf::ambient`].
+    pub ambient: f32,
+    /// Mean of `n nᵀ` of the leaves' normals `n`: a third of the identity where they lean in every
+    /// direction alike.
+    pub normals: Mat3,
+}
+
+impl Default for Shading {
+    /// Leaves that lean in every direction alike, in the open.
+    fn default() -> Self {
+        Self { ambient: 1.0, normals: Mat3::from_diagonal(Vec3::splat(1.0 / 3.0)) }
+    }
+}
+
+impl Shading {
+    /// Looks at a crown from five directions.
+    pub fn of(foliage: &Foliage) -> Self {
+        let shares = seen_shares(foliage);
+        let mut out = Self { ambient: 0.0, normals: Mat3::ZERO };
+        for (leaf, &share) in foliage.leaves.iter().zip(&shares) {
+            let n = leaf.orientation * Vec3::Y;
+            out.ambient += leaf.ambient * share;
+            out.normals += Mat3::from_cols(n * n.x, n * n.y, n * n.z) * share;
+        }
+        let sum: f32 = shares.iter().sum();
+        // Not `sum < …`: what is not a number is of no use either.
+        if !(sum > 0.0 && out.normals.is_finite()) {
+            return Self::default();
+        }
+        Self { ambient: out.ambient / sum, normals: out.normals * (1.0 / sum) }
+    }
+
+    /// `E(|cos|)` between the leaves and a unit vector towards the light: what SFS, equation 5, takes
+    /// for `2/π` whatever the leaves.
+    ///
+    /// From the mean of the square, `q`, as `q^(ln 2 / ln 3)`: exact where all leaves lie across the
+    /// light (1), along it (0), or in every direction alike (½).
+    pub fn mean_cosine(&self, light: Vec3) -> f32 {
+        light.dot(self.normals * light).clamp(0.0, 1.0).powf(Self::EXPONENT)
+    }
+
+    /// `ln 2 / ln 3`.
+    pub const EXPONENT: f32 = 0.630_929_75;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tree::species::Species;
+    use glam::Quat;
+
+    fn crown(turn: impl Fn(u32) -> Quat) -> Foliage {
+        let mut foliage = Species::Birch.grow_with(1, 400).foliage;
+        for (i, leaf) in (0..).zip(&mut foliage.leaves) {
+            leaf.orientation = turn(i);
+        }
+        foliage
+    }
+
+    #[test]
+    fn leaves_that_lie_flat_face_a_light_above_and_not_one_at_the_side() {
+        let flat = Shading::of(&crown(|i| Quat::from_rotation_y(i as f32)));
+        assert!((flat.mean_cosine(Vec3::Y) - 1.0).abs() < 1e-4);
+        assert!(flat.mean_cosine(Vec3::X) < 1e-3);
+        // Half of each: in truth (1 + 0) / 2 both ways; the estimate is 0.65.
+        let upright = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+        let both = Shading::of(&crown(|i| if i % 2 == 0 { Quat::IDENTITY } else { upright }));
+        assert!((0.4..0.75).contains(&both.mean_cosine(Vec3::Y)), "{both:?}");
+    }
+
+    #[test]
+    fn the_mean_of_a_species_is_that_of_its_visible_leaves() {
+        for species in [Species::Oak, Species::Birch, Species::Maple] {
+            let foliage = species.grow_with(1, 3000).foliage;
+            let shading = Shading::of(&foliage);
+            let seen = super::super::visible_areas(&foliage);
+            let sum: f32 = seen.iter().sum();
+            for light in [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.0, 0.3, 0.954)] {
+                let cosines = foliage.leaves.iter().zip(&seen);
+                let exact =
+                    cosines.map(|(l, s)| s * (l.orientation * Vec3::Y).dot(light).abs()).sum::<f32>() / sum;
+                let found = shading.mean_cosine(light);
+                assert!((found / exact - 1.0).abs() < 0.1, "{species} {light}: {found}, {exact}");
+            }
+            let ambient =
+                foliage.leaves.iter().zip(&seen).map(|(l, s)| l.ambient * s).sum::<f32>() / sum;
+            assert!((shading.ambient / ambient - 1.0).abs() < 0.05);
+        }
+    }
+
+    #[test]
+    fn nothing_and_poison_give_even_leaves() {
+        assert_eq!(Shading::of(&Foliage::default()), Shading::default());
+        assert!((Shading::default().mean_cosine(Vec3::X) - 0.5).abs() < 1e-6);
+        let poison = Shading::of(&crown(|_| Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0)));
+        assert!(poison.mean_cosine(Vec3::Y).is_finite());
+    }
+}
