@@ -291,8 +291,9 @@ fn arrange(
     }
 }
 
-// Between a tree's leaves and the sun: the twin of windfall_core::simplify::Shading::mean_cosine.
-fn mean_cosine(crown: Crown, tree: TreeRecord) -> f32 {
+// Of the sun on a tree's leaves, on the viewer's side and from behind: the twin of
+// windfall_core::simplify::Shading::mean_cosines.
+fn mean_cosines(crown: Crown, tree: TreeRecord, view: vec3<f32>) -> vec2<f32> {
     let sun = frame.sun_direction;
     let light = vec3(
         tree.cos_yaw * sun.x - tree.sin_yaw * sun.z,
@@ -300,7 +301,11 @@ fn mean_cosine(crown: Crown, tree: TreeRecord) -> f32 {
         tree.cos_yaw * sun.z + tree.sin_yaw * sun.x,
     );
     let square = dot(crown.normal_squares.xyz, light * light) + dot(crown.normal_products.xyz, light * light.yzx);
-    return pow(clamp(square, 1e-9, 1.0), 0.63092975);
+    let cosine = clamp(dot(sun, view), -1.0, 1.0);
+    let angle = acos(cosine);
+    let sine = sqrt(1.0 - cosine * cosine);
+    return 4.0 / (3.0 * PI) * pow(clamp(square, 1e-9, 1.0), 0.63092975)
+        * vec2(sine + (PI - angle) * cosine, sine - angle * cosine);
 }
 
 // Mean colour of a tree's leaves: over heights in the crown and the leaves' own times.
@@ -362,7 +367,11 @@ fn place(
     }
     out.seed = tree.seed;
     out.wind = pack2x16float(wind_at(tree.position));
-    out.mean_cosine = select(mean_cosine(crown, tree), list.mean_cosine, list.mean_cosine >= 0.0);
+    var cosines = vec2(0.5 * list.mean_cosine);
+    if list.mean_cosine < 0.0 {
+        cosines = mean_cosines(crown, tree, normalize(list.eye - center_of(tree, crown)));
+    }
+    out.mean_cosines = pack2x16float(cosines);
     let detached = detached_by(fall.time, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
     out.detached = detached | (tree.events << 24u);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;

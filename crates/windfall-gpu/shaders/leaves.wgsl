@@ -29,8 +29,8 @@ struct Varyings {
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
     // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity;
-    // the mean cosine towards which shading draws together.
-    @location(7) @interpolate(flat) contrast_seen_cosine: vec3<f32>,
+    // the mean cosines of the sun towards which shading draws together, on the viewer's side and behind.
+    @location(7) @interpolate(flat) contrast_seen_cosines: vec4<f32>,
 }
 
 // Leaves of trees that are simplified are far away: what is smaller than a pixel there is left out.
@@ -76,7 +76,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
     let rank = in.material_shed & 0xffffffu;
-    if seen <= 0.0 || rank < (tree.seed_detached_wind_cosine.y & 0xffffffu) || thrown(tree.seed_detached_wind_cosine.y >> 24u, in.leaf) {
+    if seen <= 0.0 || rank < (tree.seed_detached_wind_cosines.y & 0xffffffu) || thrown(tree.seed_detached_wind_cosines.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
     let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
@@ -88,7 +88,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.uv = in.uv;
     out.material = in.material_shed >> 24u;
-    out.contrast_seen_cosine = vec3(tree.fade_growth.w, seen, bitcast<f32>(tree.seed_detached_wind_cosine.w));
+    out.contrast_seen_cosines = vec4(tree.fade_growth.w, seen, unpack2x16float(tree.seed_detached_wind_cosines.w));
     if !lit {
         return out;
     }
@@ -101,7 +101,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.bent_normal_reach.w = sun_visibility(out.world + about, vec3(0.0), 64.0 * fract(out.world.xz), 1u, 1.5);
     }
     let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
-    let season = leaf_season(tree.seed_detached_wind_cosine.x, tree.turn_season.z, rank, high, model.palette_spread);
+    let season = leaf_season(tree.seed_detached_wind_cosines.x, tree.turn_season.z, rank, high, model.palette_spread);
     out.color = vec3(season.brightness);
     if model.palette_count > 0u {
         let x = season.phase * f32(model.palette_count - 1u);
@@ -159,7 +159,7 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     out.color = color.rgb * color.rgb * 2.0;
     out.material = look & 0xffu;
     out.ambient = color.w;
-    out.contrast_seen_cosine = vec3(1.0, 1.0, 0.5);
+    out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
     return out;
 }
 
@@ -174,11 +174,6 @@ fn loose(in: LooseVertex) -> Varyings {
     let q = normalize(in.orientation);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * in.place_scale.w;
     return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
-}
-
-// A cosine drawn towards its mean (SFS, 4.3.2), on the side of the leaf where it is.
-fn less_contrast(cosine: f32, contrast: f32, mean: f32) -> f32 {
-    return mix(mean, abs(cosine), contrast) * select(-1.0, 1.0, cosine >= 0.0);
 }
 
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
@@ -196,10 +191,17 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
         reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5);
     }
     reach *= mix(0.6, 1.0, in.ambient);
-    let facing = less_contrast(dot(normal, sun), in.contrast_seen_cosine.x, in.contrast_seen_cosine.z);
+    let facing = dot(normal, sun);
+    // Drawn towards their means (SFS, 4.3.2).
+    let contrast = in.contrast_seen_cosines.x;
+    let front = mix(in.contrast_seen_cosines.z, max(facing, 0.0), contrast);
+    let back = mix(in.contrast_seen_cosines.w, max(-facing, 0.0), contrast);
     let leaf = leaf_diffuse(albedo);
-    let direct = frame.sun_color * reach
-        * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, !far && has(GLOSS));
+    var scattered = leaf_body(leaf, front, back, dot(bent, sun), 0.3, max(dot(normal, view), 1e-3));
+    if !far && has(GLOSS) {
+        scattered += leaf_gloss(normal, facing, sun, view);
+    }
+    let direct = frame.sun_color * reach * scattered;
     let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
@@ -306,7 +308,7 @@ struct Faded {
 // A hashed share of the samples, the same whatever is drawn first or behind.
 fn seen_samples(in: Varyings) -> u32 {
     let key = hash(hash(bitcast<u32>(in.world.x), bitcast<u32>(in.world.y)), bitcast<u32>(in.world.z));
-    let count = u32(in.contrast_seen_cosine.y * 4.0 + unit(key));
+    let count = u32(in.contrast_seen_cosines.y * 4.0 + unit(key));
     let turned = ((1u << count) - 1u) << (hash(key, 1u) & 3u);
     return (turned | (turned >> 4u)) & 15u;
 }

@@ -12,7 +12,7 @@ use crate::pass::shadow::CASCADES;
 use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord};
 use crate::view::{Culling, View};
 use bytemuck::Zeroable;
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3};
 use half::f16;
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -292,11 +292,10 @@ impl Trees {
                     seed: tree.seed,
                     detached: detached | tree.events << 24,
                     wind: pack_halfs(wind(tree.position)),
-                    mean_cosine: if list.mean_cosine >= 0.0 {
-                        list.mean_cosine
-                    } else {
-                        crown.mean_cosine(tree.turned_back(sun))
-                    },
+                    mean_cosines: pack_halfs(match detail.mean_cosine {
+                        Some(mean) => Vec2::splat(0.5 * mean),
+                        None => crown.mean_cosines(tree, sun, list.eye),
+                    }),
                 };
                 let leaves = crown.leaf_count as f32;
                 let hanging = 1.0 - detached as f32 / leaves.max(1.0);
@@ -327,12 +326,17 @@ fn pack_halfs(v: Vec2) -> u32 {
 }
 
 impl Crown {
-    /// `windfall_core::simplify::Shading::mean_cosine`; `light` is in the tree.
-    fn mean_cosine(&self, light: Vec3) -> f32 {
-        let products = light * Vec3::new(light.y, light.z, light.x);
-        let square = self.normal_squares.truncate().dot(light * light)
-            + self.normal_products.truncate().dot(products);
-        square.clamp(0.0, 1.0).powf(Shading::EXPONENT)
+    /// Of the sun on the leaves of a tree that is looked at from `eye`.
+    fn mean_cosines(&self, tree: &TreeRecord, sun: Vec3, eye: Vec3) -> Vec2 {
+        let [s, p] = [self.normal_squares, self.normal_products * 0.5];
+        let normals = Mat3::from_cols(
+            Vec3::new(s.x, p.x, p.z),
+            Vec3::new(p.x, s.y, p.y),
+            Vec3::new(p.z, p.y, s.z),
+        );
+        let view = (eye - tree.world_from_tree(self.center)).normalize_or(Vec3::Y);
+        let [light, view] = [sun, view].map(|v| tree.turned_back(v));
+        Shading { normals, ..Shading::default() }.mean_cosines(light, view).into()
     }
 
     /// The coarsest level of wood within an error, metres.
@@ -650,7 +654,7 @@ mod tests {
                         && near(tree.color_contrast, wanted.color_contrast)
                         && tree.mean_color.distance(wanted.mean_color) < 1e-4
                         && tree.detached.abs_diff(wanted.detached) <= 1
-                        && near(tree.mean_cosine, wanted.mean_cosine)
+                        && unpack_halfs(tree.mean_cosines).distance(unpack_halfs(wanted.mean_cosines)) < 0.01
                         && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,
                     "{tree:?}\nis not\n{wanted:?}"
                 );

@@ -400,8 +400,8 @@ gpu_struct! {
         pub detached: u32,
         /// Wind at the foot along x and z, m/s, as f16.
         pub wind: u32,
-        /// The mean cosine between its leaves and the sun, towards which shading draws together.
-        pub mean_cosine: f32,
+        /// `windfall_core::simplify::Shading::mean_cosines` of the sun, as f16.
+        pub mean_cosines: u32,
     }
 }
 

@@ -39,8 +39,9 @@ pub struct Simplification {
     /// Whether shading draws together towards its mean (SFS, 4.3.2).
     pub shading_contrast: bool,
     /// The mean of the cosine between a leaf and the light, `0..=1`, towards which shading draws
-    /// together. `None`, the default, is that of each tree's own leaves ([`Shading::mean_cosine`]);
-    /// [`Simplification::PAPER_COSINE`] is that of SFS.
+    /// together, half of the leaves lit from the viewer's side. `None`, the default, is what each
+    /// tree's own leaves have in the light and the view ([`Shading::mean_cosines`]);
+    /// [`Simplification::PAPER_COSINE`] is the mean of SFS.
     pub mean_cosine: Option<f32>,
     /// How leaves appear and vanish.
     pub fade: Fade,

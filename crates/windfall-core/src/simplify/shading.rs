@@ -3,6 +3,7 @@
 use super::visible::seen_shares;
 use crate::foliage::Foliage;
 use glam::{Mat3, Vec3};
+use std::f32::consts::PI;
 
 /// Means over the leaves of a crown that are seen from outside, each leaf by its visible area.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +40,7 @@ impl Shading {
         Self { ambient: out.ambient / sum, normals: out.normals * (1.0 / sum) }
     }
 
-    /// `E(|cos|)` between the leaves and a unit vector towards the light: what SFS, equation 5, takes
-    /// for `2/π` whatever the leaves.
+    /// `E(|cos|)` between the leaves and a unit vector towards the light, over all of them.
     ///
     /// From the mean of the square, `q`, as `q^(ln 2 / ln 3)`: exact where all leaves lie across the
     /// light (1), along it (0), or in every direction alike (½).
@@ -48,13 +48,30 @@ impl Shading {
         light.dot(self.normals * light).clamp(0.0, 1.0).powf(Self::EXPONENT)
     }
 
+    /// What SFS, equation 5, takes for `2/π` whatever the leaves and the light: the mean cosines of
+    /// the light on the leaves that are seen, on the viewer's side and from behind; of each leaf one is
+    /// 0. `light` and `view` are unit vectors towards them.
+    ///
+    /// Of leaves that lean in every direction alike, each seen by its projected area, they are
+    /// `2/(3π) (sin α + (π - α) cos α)` and `2/(3π) (sin α - α cos α)`, where `α` is the angle between
+    /// light and view: of a sphere, the one is Lambert's phase function, the other that of its far side
+    /// shining through. Leaves that lean otherwise have as much more or less as
+    /// [`Self::mean_cosine`] is over or under ½.
+    pub fn mean_cosines(&self, light: Vec3, view: Vec3) -> [f32; 2] {
+        let cosine = light.dot(view).clamp(-1.0, 1.0);
+        let (angle, sine) = (cosine.acos(), (1.0 - cosine * cosine).sqrt());
+        let scale = 4.0 / (3.0 * PI) * self.mean_cosine(light);
+        [scale * (sine + (PI - angle) * cosine), scale * (sine - angle * cosine)]
+    }
+
     /// `ln 2 / ln 3`.
-    pub const EXPONENT: f32 = 0.630_929_75;
+    const EXPONENT: f32 = 0.630_929_75;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rng::Rng;
     use crate::tree::species::Species;
     use glam::Quat;
 
@@ -75,6 +92,28 @@ mod tests {
         let upright = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
         let both = Shading::of(&crown(|i| if i % 2 == 0 { Quat::IDENTITY } else { upright }));
         assert!((0.4..0.75).contains(&both.mean_cosine(Vec3::Y)), "{both:?}");
+    }
+
+    #[test]
+    fn leaves_that_lean_in_every_direction_have_the_cosines_that_sums_over_them_give() {
+        let mut rng = Rng::new(5);
+        let leaves: Vec<Vec3> = (0..100_000)
+            .map(|_| Vec3::new(rng.normal(), rng.normal(), rng.normal()).normalize_or(Vec3::Y))
+            .collect();
+        let view = Vec3::Z;
+        for angle in [0.0f32, 0.4, 1.2, 2.0, 3.1] {
+            let light = Vec3::new(angle.sin(), 0.0, angle.cos());
+            let (mut front, mut back, mut seen) = (0.0, 0.0, 0.0);
+            for n in &leaves {
+                let n = *n * n.dot(view).signum();
+                seen += n.dot(view);
+                front += n.dot(view) * n.dot(light).max(0.0);
+                back += n.dot(view) * (-n.dot(light)).max(0.0);
+            }
+            let found = Shading::default().mean_cosines(light, view);
+            assert!((found[0] - front / seen).abs() < 0.01, "{angle}: {found:?}");
+            assert!((found[1] - back / seen).abs() < 0.01, "{angle}: {found:?}");
+        }
     }
 
     #[test]

@@ -9,8 +9,9 @@ struct Tree {
     // Mean colour, what is left of the contrast of colours.
     @location(11) mean_contrast: vec4<f32>,
     // Key of the tree; leaves of shed rank below the lower 24 bits have left; above them the root of the
-    // tree's events. Wind at its foot, two halfs. The mean cosine of its leaves, bits of a float.
-    @location(12) seed_detached_wind_cosine: vec4<u32>,
+    // tree's events. Wind at its foot, and mean cosines of the sun on its leaves, two halfs
+    // each.
+    @location(12) seed_detached_wind_cosines: vec4<u32>,
 }
 
 fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {
@@ -28,6 +29,6 @@ fn world_from_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
 // The same from so far that limbs and twigs are not seen to move: the whole tree leans.
 fn world_from_far_tree(tree: Tree, v: vec3<f32>) -> vec3<f32> {
     let rest = tree.position_scale.xyz + turn(tree, v) * tree.position_scale.w;
-    let lean = lean_of(unpack2x16float(tree.seed_detached_wind_cosine.z), max(rest.y - tree.position_scale.y, 0.0));
+    let lean = lean_of(unpack2x16float(tree.seed_detached_wind_cosines.z), max(rest.y - tree.position_scale.y, 0.0));
     return rest + frame.sway * vec3(lean.x, 0.0, lean.y);
 }

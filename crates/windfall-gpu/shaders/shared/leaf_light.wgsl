@@ -21,29 +21,24 @@ fn wax_fresnel(cosine: f32) -> f32 {
     return WAX + (1.0 - WAX) * x * x * x * x * x;
 }
 
-// Radiance towards `view` per irradiance on a surface that faces the light; `normal` is on the
-// viewer's side, `facing` its cosine with the light, `volume` that of the bent normal.
-fn leaf_scatter(
-    leaf: LeafDiffuse,
-    normal: vec3<f32>,
-    facing: f32,
-    volume: f32,
-    bend: f32,
-    light: vec3<f32>,
-    view: vec3<f32>,
-    glossy: bool,
-) -> vec3<f32> {
-    let n_v = max(dot(normal, view), 1e-3);
-    let front = max(facing, 0.0) * (1.0 - bend) + max(volume, 0.0) * bend;
-    let body = (leaf.reflected * front + leaf.passed * max(-facing, 0.0)) * ((1.0 - wax_fresnel(n_v)) / PI);
-    if facing <= 0.0 || !glossy {
-        return body;
+// Diffuse radiance towards the viewer per irradiance on a surface that faces the light: `front` and
+// `back` are the cosines of the light on the viewer's side and on the other, one of them 0 for one leaf,
+// `volume` that of the bent normal, `n_v` that of the view.
+fn leaf_body(leaf: LeafDiffuse, front: f32, back: f32, volume: f32, bend: f32, n_v: f32) -> vec3<f32> {
+    let bent = front * (1.0 - bend) + max(volume, 0.0) * bend;
+    return (leaf.reflected * bent + leaf.passed * back) * ((1.0 - wax_fresnel(n_v)) / PI);
+}
+
+// The wax's gloss; `normal` is on the viewer's side, `facing` its cosine with the light.
+fn leaf_gloss(normal: vec3<f32>, facing: f32, light: vec3<f32>, view: vec3<f32>) -> f32 {
+    if facing <= 0.0 {
+        return 0.0;
     }
+    let n_v = max(dot(normal, view), 1e-3);
     let half_way = normalize(light + view);
     let n_h = clamp(dot(normal, half_way), 0.0, 1.0);
     let a2 = WAX_ALPHA * WAX_ALPHA;
     let d = n_h * n_h * (a2 - 1.0) + 1.0;
     let visibility = 0.5 / (2.0 * facing * n_v * (1.0 - WAX_ALPHA) + (facing + n_v) * WAX_ALPHA);
-    let gloss = a2 / (PI * d * d) * visibility * wax_fresnel(max(dot(view, half_way), 0.0)) * facing;
-    return body + gloss;
+    return a2 / (PI * d * d) * visibility * wax_fresnel(max(dot(view, half_way), 0.0)) * facing;
 }

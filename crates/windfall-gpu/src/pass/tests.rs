@@ -147,8 +147,10 @@ fn leaves_scatter_as_on_the_cpu() {
         })
         .collect();
     let light = light();
-    let body = "out = vec4(leaf_scatter(leaf_diffuse(a[0].rgb), a[1].xyz, dot(a[1].xyz, a[2].xyz),
-        a[0].w, a[1].w, a[2].xyz, a[3].xyz, true), 0.0);";
+    let body = "let facing = dot(a[1].xyz, a[2].xyz);
+        let n_v = max(dot(a[1].xyz, a[3].xyz), 1e-3);
+        out = vec4(leaf_body(leaf_diffuse(a[0].rgb), max(facing, 0.0), max(-facing, 0.0), a[0].w, a[1].w, n_v)
+            + leaf_gloss(a[1].xyz, facing, a[2].xyz, a[3].xyz), 0.0);";
     let got = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
     for (i, out) in inputs.iter().zip(got) {
         let [color, normal, light, view] = i.map(Vec4::truncate);
@@ -175,8 +177,10 @@ fn a_leaf_in_a_white_furnace_gains_nothing() {
             let y = 1.0 - (2.0 * f32(i) + 1.0) / f32(n);
             let turn = 2.0 * PI * fract(f32(i) * 0.61803399);
             let l = vec3(sqrt(1.0 - y * y) * cos(turn), y, sqrt(1.0 - y * y) * sin(turn));
-            out += vec4(leaf_scatter(leaf_diffuse(a[0].rgb), a[1].xyz, dot(a[1].xyz, l),
-                dot(a[2].xyz, l), 0.3, l, a[3].xyz, true), 0.0);
+            let facing = dot(a[1].xyz, l);
+            let n_v = max(dot(a[1].xyz, a[3].xyz), 1e-3);
+            let body = leaf_body(leaf_diffuse(a[0].rgb), max(facing, 0.0), max(-facing, 0.0), dot(a[2].xyz, l), 0.3, n_v);
+            out += vec4(body + leaf_gloss(a[1].xyz, facing, l, a[3].xyz), 0.0);
         }
         out *= 4.0 * PI / f32(n);";
     let light = light();
