@@ -42,7 +42,7 @@ override lit: bool = true;
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
 // How far from a far leaf's centre light is looked for, in sizes of the leaf, less one.
-const SHADE_SPREAD: f32 = 1.5;
+const SHADE_SPREAD: f32 = 3.0;
 // Frame.show: how far trees are simplified.
 const SHOW_DETAIL: u32 = 2u;
 
@@ -202,7 +202,8 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
         scattered += leaf_gloss(normal, facing, sun, view);
     }
     let direct = frame.sun_color * reach * scattered;
-    let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
+    // The mean over leaves is nearly the light from where the crown opens.
+    let around = ambient_two_sided(normalize(mix(normal, bent, mix(0.9, 0.35, contrast))));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
     let open = in.ambient / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));

@@ -16,16 +16,16 @@ const NEIGHBORS: usize = 12;
 /// How the leaves of a tree are ordered for simplification, which draws the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum PruneOrder {
-    /// By chance (SFS, 3.2). The default.
-    #[default]
+    /// By chance (SFS, 3.2).
     Random,
     /// Those first of which most is seen from outside (SFS, 3.2 and 6).
     Importance,
-    /// Every prefix is spread as the whole crown is: progressive blue noise that keeps to the crown's
+    /// The default. Every prefix is spread as the whole crown is: progressive blue noise that keeps to the crown's
     /// own density. By sample elimination (C. Yuksel, "Sample Elimination for Generating Poisson Disk
     /// Sample Sets", Computer Graphics Forum 34(2), 2015) from the whole crown to half of it, from
     /// that to a quarter, and so on; beyond Yuksel, of each pair of neighbours exactly one goes, or
     /// dense twigs would be thinned more than sparse ones.
+    #[default]
     BlueNoise,
 }
 

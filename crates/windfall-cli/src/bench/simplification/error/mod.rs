@@ -449,12 +449,16 @@ impl Bench<'_> {
         let sides = self.args.sides;
         let mut out = Seen { pictures: Vec::new(), foliage: Vec::new(), flicker: 0.0 };
         let mut shoot = |side, frame, show| {
-            let view = View {
+            let mut view = View {
                 show,
                 detail: candidate.detail,
                 shadow_detail: candidate.shadow_detail,
                 ..self.subject.view(place, side, sides, frame)
             };
+            if show == Show::Leaves {
+                // Below the bend of the tone curve, where means of the picture are means of the light.
+                view.sky.exposure -= 2.0;
+            }
             film.shoot(gpu, self.renderer, forest, &view)
         };
         for side in 0..sides {
