@@ -175,15 +175,17 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
     let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
-    let reach = sun_visibility(in.world, towards, in.clip.xy, select(4u, 1u, far), 1.5) * mix(0.6, 1.0, in.ambient);
+    let openness = select(1.0, in.ambient, has(OPENNESS));
+    let reach = sun_visibility(in.world, towards, in.clip.xy, select(4u, 1u, far), 1.5) * mix(0.6, 1.0, openness);
     let facing = less_contrast(dot(normal, sun), in.contrast_seen.x);
-    let leaf = leaf_diffuse(albedo);
+    var leaf = leaf_diffuse(albedo);
+    leaf.passed *= select(0.0, 1.0, has(TRANSMISSION));
     let direct = frame.sun_color * reach
         * leaf_scatter(leaf, normal, facing, dot(bent, sun), 0.3, sun, view, !far && has(GLOSS));
     let around = ambient_two_sided(normalize(mix(normal, bent, 0.35)));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
-    let open = in.ambient / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
+    let open = openness / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - openness));
     return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
 }
 
