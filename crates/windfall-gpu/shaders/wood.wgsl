@@ -67,7 +67,7 @@ fn cells(at: vec2<f32>, seed: u32) -> vec2<f32> {
 fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     let p = uv / surface.scale;
     let pixel = metres / surface.scale;
-    let coarse = 1.0 - smoothstep(0.25, 0.9, pixel);
+    let coarse = 1.0 - smoothstep(0.18, 0.6, pixel);
     let fine = fractal_noise2(p * vec2(7.0, 3.0), pixel * 6.0, 8u);
     let patchy = fractal_noise2(p * 0.35, pixel * 0.35, 9u);
     if surface.pattern == 4u {
