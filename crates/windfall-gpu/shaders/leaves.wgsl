@@ -73,18 +73,23 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if seen <= 0.0 || shed || thrown(tree.seed_detached.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
-    let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    let offset = in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    out.normal = turn(tree, in.normal.xyz);
     if far {
-        out.world = world_from_far_tree(tree, place);
+        out.world = world_from_far_tree(tree, in.center + offset);
     } else {
-        out.world = world_from_tree(tree, place);
+        let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
+        let fluttered = flutter(rest, 1.0);
+        out.world = rest + sway(rest, tree.position_scale.y)
+            + turn_by(fluttered, turn(tree, offset) * tree.position_scale.w);
+        out.normal = turn_by(fluttered, out.normal);
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
-    out.normal = turn(tree, in.normal.xyz);
     out.bent_normal = turn(tree, in.bent_normal.xyz);
     out.uv = in.uv;
-    let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
-    let season = leaf_season(tree.seed_detached.x, tree.turn_season.z, in.leaf, high, model.palette_spread);
+    let from_center = (in.center - model.crown_center) / model.crown_extent;
+    let ripe = tree.turn_season.z + branch_ripeness(tree.seed_detached.x, from_center);
+    let season = leaf_season(tree.seed_detached.x, ripe, in.leaf, from_center.y, model.palette_spread);
     out.color = vec3(season.brightness);
     if model.palette_count > 0u {
         let x = season.phase * f32(model.palette_count - 1u);
@@ -202,12 +207,15 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
     let margin = mix(smoothstep(0.22, 0.5, across), 0.25, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
-        let turns = (uv.y - 0.75 * across) * 9.0;
-        let side = abs(fract(turns) - 0.5);
-        let vein = (1.0 - smoothstep(0.03, 0.10 + 9.0 * pixel, side)) * (1.0 - 0.6 * margin);
-        shade += (0.13 * vein - 0.03) * (1.0 - smoothstep(0.03, 0.12, pixel));
-        // Blotches: some of the green lasts along the veins, some of the margin has died.
+        // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
+        let left = select(0.0, 0.5, uv.x < 0.5);
+        let turns = (uv.y - across * (1.15 - 0.9 * across)) * 7.0 + left + unit(hash(key, 6u));
+        let strength = 0.4 + 0.6 * unit(hash(key, u32(max(floor(turns), 0.0) + 16.0 * left)));
+        let side = abs(fract(turns) - 0.5);
+        let vein = strength * (1.0 - smoothstep(0.015, 0.06 + 7.0 * pixel, side)) * (1.0 - smoothstep(0.1, 0.45, across));
+        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.02, 0.08, pixel));
+        // Blotches: some of the green lasts along the veins, some of the margin has died.
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
         shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
