@@ -1,6 +1,7 @@
 //! The device of a program without a window.
 
 use anyhow::{Context, bail};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
@@ -115,17 +116,17 @@ impl Gpu {
         Ok(())
     }
 
-    /// Milliseconds of every pass of the oldest finished frame, in the order of the passes.
-    pub fn pass_times(&mut self) -> Vec<(String, f64)> {
-        fn collect(results: &[GpuTimerQueryResult], into: &mut Vec<(String, f64)>) {
+    /// Milliseconds of every pass of the oldest finished frame; of those of one name together.
+    pub fn pass_times(&mut self) -> BTreeMap<String, f64> {
+        fn collect(results: &[GpuTimerQueryResult], into: &mut BTreeMap<String, f64>) {
             for result in results {
                 if let Some(time) = &result.time {
-                    into.push((result.label.clone(), (time.end - time.start) * 1e3));
+                    *into.entry(result.label.clone()).or_default() += (time.end - time.start) * 1e3;
                 }
                 collect(&result.nested_queries, into);
             }
         }
-        let mut times = Vec::new();
+        let mut times = BTreeMap::new();
         let period = self.queue.get_timestamp_period();
         if let Some(results) = self.profiler.process_finished_frame(period) {
             collect(&results, &mut times);

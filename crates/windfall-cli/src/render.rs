@@ -414,7 +414,7 @@ impl Painter {
             triangles_drawn: trees.triangles,
             lambda_total: trees.lambda_total(),
             cpu_ms,
-            gpu_ms: gpu.pass_times().into_iter().collect(),
+            gpu_ms: gpu.pass_times(),
         };
         Ok((rgba, report))
     }

@@ -1,13 +1,13 @@
 //! How trees move in the wind that carries their leaves.
 //!
-//! Three motions, as in T. Sousa, "Vegetation Procedural Animation and Shading in Crysis" (GPU Gems
+//! Four motions, the first three as in T. Sousa, "Vegetation Procedural Animation and Shading in Crysis" (GPU Gems
 //! 3, chapter 16) and R. Zioma, "GPU-Generated Procedural Wind Animations for Trees" (chapter 6): the
-//! tree leans by the wind's pressure, limbs rock, twigs tremble. All are functions of the place at
+//! tree leans by the wind's pressure, limbs rock, twigs tremble, leaves flutter. All are functions of the place at
 //! rest and the time alone, so that a leaf, its twig, its shadow and the leaf when it has just
 //! detached are at one place. Gusts arrive with the waves of [`Wind`] and cross the forest with them.
 
 use crate::wind::Wind;
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// How far a part of a tree has moved from its place `rest`, metres; the tree's foot is at height
@@ -37,6 +37,23 @@ pub fn offset(wind: &Wind, rest: Vec3, foot: f32, time: f64) -> Vec3 {
             + rock * swing(Vec3::new(0.09, -0.08, 0.15), 0.406_25)
             + tremble * swing(Vec3::new(0.7, -0.9, 0.8), 2.531_25),
     )
+}
+
+/// How a leaf that hangs at `rest` has turned about its place: up to about a quarter turn in a storm.
+pub fn flutter(wind: &Wind, rest: Vec3, time: f64) -> Quat {
+    let blowing = wind.velocity(rest, time);
+    let speed = Vec2::new(blowing.x, blowing.z).length().min(8.0);
+    let swing = |wave: Vec3, rate: f32| {
+        let turns = rest.dot(wave) + Wind::reduced(time) * rate;
+        (TAU * (turns - turns.floor())).sin()
+    };
+    let turned = Vec3::new(
+        swing(Vec3::new(2.3, 1.9, -2.9), 3.156_25),
+        0.6 * swing(Vec3::new(1.7, -3.1, 2.2), 2.843_75),
+        swing(Vec3::new(-2.7, 2.1, 2.5), 3.718_75),
+    ) * (0.06 * speed);
+    let half = turned * 0.5;
+    Quat::from_xyzw(half.x, half.y, half.z, 1.0).normalize()
 }
 
 #[cfg(test)]

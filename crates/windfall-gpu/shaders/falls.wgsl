@@ -266,7 +266,7 @@ fn leaf_constants(stream: Stream, entry: u32) -> LeafConstants {
     out.scale = record.scale * stream.scale;
     out.stack = stack_height(out.scale, stream.thickness, out.falls.seed);
     let from_center = (record.center - models[stream.model].crown_center) / models[stream.model].crown_extent;
-    out.ripe = ripeness(stream.season_offset, from_center.y);
+    out.ripe = ripeness(stream.season_offset, from_center.y) + branch_ripeness(stream.seed, from_center);
     let bent = from_octahedral(unpack4x8snorm(record.look).zw);
     let turned = vec3(
         stream.cos_yaw * bent.x + stream.sin_yaw * bent.z,

@@ -71,7 +71,14 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     let bend = tall * (0.25 + 0.7 * unit(hash(own, 2u)));
     let foot = at + out_way * (0.3 * wide) * unit(hash(own, 3u));
     let root = vec3(foot.x, terrain_height(foot) - 0.004, foot.y);
-    let thick = (0.0028 + 0.0022 * unit(hash(own, 4u))) * (1.0 + 0.10 * away);
+    // What is thinner than a pixel sparkles: far blades are fewer and wider.
+    let thin = (0.0028 + 0.0022 * unit(hash(own, 4u))) * (1.0 + 0.10 * away);
+    let across_view = vec3(frame.clip_from_world[0].y, frame.clip_from_world[1].y, frame.clip_from_world[2].y);
+    let pixel = 2.0 * away / (frame.height * length(across_view));
+    let thick = max(thin, 0.6 * pixel);
+    if unit(hash(own, 7u)) * thick > thin {
+        return out;
+    }
     var p = root;
     var along = 0.0;
     if corner == 2u {

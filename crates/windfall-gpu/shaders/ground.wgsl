@@ -15,6 +15,9 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
     return out;
 }
 
+// Most places along a pixel at which single leaves are looked up.
+const LITTER_STEPS: u32 = 6u;
+
 // How trodden the ground is at a place, 0 to 1.
 fn trodden(at: vec2<f32>, wobble: f32) -> f32 {
     var worn = 0.0;
@@ -51,7 +54,7 @@ fn dead_leaf(key: u32) -> vec3<f32> {
 }
 
 fn dead_leaves_mean() -> vec3<f32> {
-    return mix(vec3(0.175, 0.098, 0.038), frame.litter, 0.2) * 0.86;
+    return mix(vec3(0.165, 0.095, 0.040), frame.litter, 0.2) * 0.84;
 }
 
 // Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
@@ -60,7 +63,7 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) ->
     let share = 1.0 - pow(1.0 - 0.5 * covered, 3.0);
     let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
-    let blur = smoothstep(0.25, 0.85, width);
+    let blur = smoothstep(0.3, 1.0, width);
     if blur >= 1.0 || !has(GROUND_DETAIL) {
         return far;
     }
@@ -146,7 +149,19 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let drifts = fractal_noise2(at * 0.27 + 40.0, width * 0.27, 24u) + 0.5 * fine + 0.35 * broad;
     let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy) * (1.0 - 0.82 * worn);
     let clumps = clamp(0.55 + 0.75 * heap + 1.0 * fine + 0.8 * grains, 0.25, 1.9);
-    let cover = litter(at * 8.3, width * 8.3, under, covered, clumps);
+    // Leaves are seen far along a grazing pixel: several places along it.
+    let long_axis = select(dy, dx, length(dx) > length(dy));
+    let short = min(length(dx), length(dy));
+    let steps = clamp(u32(ceil(long / max(short, 1e-4))), 1u, LITTER_STEPS);
+    let step_width = max(short, long / f32(steps)) * 1.2;
+    var cover = Floor(vec3(0.0), 0.0, vec2(0.0));
+    for (var i = 0u; i < steps; i++) {
+        let along = long_axis * ((f32(i) + 0.5) / f32(steps) - 0.5);
+        let part = litter((at + along) * 8.3, step_width * 8.3, under, covered, clumps);
+        cover.color += part.color / f32(steps);
+        cover.height += part.height / f32(steps);
+        cover.lean += part.lean / f32(steps);
+    }
     let normal = normalize(in.normal);
     let relief = 1.0 - smoothstep(0.02, 0.12, width);
     let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));

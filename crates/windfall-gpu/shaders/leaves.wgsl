@@ -79,11 +79,16 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if seen <= 0.0 || rank < (tree.seed_detached_wind_cosines.y & 0xffffffu) || thrown(tree.seed_detached_wind_cosines.y >> 24u, in.leaf) {
         return out; // simplified away, or in the air or on the ground
     }
-    let place = in.center + in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    let offset = in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    out.normal = turn(tree, in.normal.xyz);
     if far {
-        out.world = world_from_far_tree(tree, place);
+        out.world = world_from_far_tree(tree, in.center + offset);
     } else {
-        out.world = world_from_tree(tree, place);
+        let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
+        let fluttered = flutter(rest, 1.0);
+        out.world = rest + sway(rest, tree.position_scale.y)
+            + turn_by(fluttered, turn(tree, offset) * tree.position_scale.w);
+        out.normal = turn_by(fluttered, out.normal);
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.uv = in.uv;
@@ -92,16 +97,17 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if !lit {
         return out;
     }
-    out.normal = turn(tree, in.normal.xyz);
     out.bent_normal_reach = vec4(turn(tree, in.bent_normal.xyz), 1.0);
     if far {
         // Fewer leaves stand for what shades each of many: each for as much of the crown about it as its
         // corners, spread, reach.
-        let about = turn(tree, in.offset_ambient.xyz) * (tree.position_scale.w * tree.fade_growth.z * SHADE_SPREAD);
+        let about = turn(tree, offset) * (tree.position_scale.w * SHADE_SPREAD);
         out.bent_normal_reach.w = sun_visibility(out.world + about, vec3(0.0), 64.0 * fract(out.world.xz), 1u, 1.5);
     }
-    let high = (in.center.y - model.crown_center.y) / model.crown_extent.y;
-    let season = leaf_season(tree.seed_detached_wind_cosines.x, tree.turn_season.z, rank, high, model.palette_spread);
+    let from_center = (in.center - model.crown_center) / model.crown_extent;
+    let tree_seed = tree.seed_detached_wind_cosines.x;
+    let ripe = tree.turn_season.z + branch_ripeness(tree_seed, from_center);
+    let season = leaf_season(tree_seed, ripe, rank, from_center.y, model.palette_spread);
     out.color = vec3(season.brightness);
     if model.palette_count > 0u {
         let x = season.phase * f32(model.palette_count - 1u);
@@ -185,18 +191,20 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let bent = normalize(in.bent_normal_reach.xyz + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
+    let openness = select(1.0, in.ambient, has(OPENNESS));
     var reach = in.bent_normal_reach.w;
     if !far {
         let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
         reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5);
     }
-    reach *= mix(0.6, 1.0, in.ambient);
+    reach *= mix(0.6, 1.0, openness);
     let facing = dot(normal, sun);
     // Drawn towards their means (SFS, 4.3.2).
     let contrast = in.contrast_seen_cosines.x;
     let front = mix(in.contrast_seen_cosines.z, max(facing, 0.0), contrast);
     let back = mix(in.contrast_seen_cosines.w, max(-facing, 0.0), contrast);
-    let leaf = leaf_diffuse(albedo);
+    var leaf = leaf_diffuse(albedo);
+    leaf.passed *= select(0.0, 1.0, has(TRANSMISSION));
     var scattered = leaf_body(leaf, front, back, dot(bent, sun), 0.3, max(dot(normal, view), 1e-3));
     if !far && has(GLOSS) {
         scattered += leaf_gloss(normal, facing, sun, view);
@@ -206,7 +214,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     let around = ambient_two_sided(normalize(mix(normal, bent, mix(0.9, 0.35, contrast))));
     // What other leaves hide is lit by what they send on, time and again (Jimenez et al., "Practical
     // Realtime Strategies for Accurate Indirect Occlusion", 2016): deep in the crown the light is warm.
-    let open = in.ambient / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - in.ambient));
+    let open = openness / (1.0 - 0.7 * (leaf.reflected + leaf.passed) * (1.0 - openness));
     return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
 }
 
@@ -223,12 +231,15 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
     let margin = mix(smoothstep(0.22, 0.5, across), 0.25, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
-        let turns = (uv.y - 0.75 * across) * 9.0;
-        let side = abs(fract(turns) - 0.5);
-        let vein = (1.0 - smoothstep(0.03, 0.10 + 9.0 * pixel, side)) * (1.0 - 0.6 * margin);
-        shade += (0.13 * vein - 0.03) * (1.0 - smoothstep(0.03, 0.12, pixel));
-        // Blotches: some of the green lasts along the veins, some of the margin has died.
+        // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
+        let left = select(0.0, 0.5, uv.x < 0.5);
+        let turns = (uv.y - across * (1.15 - 0.9 * across)) * 7.0 + left + unit(hash(key, 6u));
+        let strength = 0.4 + 0.6 * unit(hash(key, u32(max(floor(turns), 0.0) + 16.0 * left)));
+        let side = abs(fract(turns) - 0.5);
+        let vein = strength * (1.0 - smoothstep(0.015, 0.06 + 7.0 * pixel, side)) * (1.0 - smoothstep(0.1, 0.45, across));
+        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.02, 0.08, pixel));
+        // Blotches: some of the green lasts along the veins, some of the margin has died.
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
         shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }

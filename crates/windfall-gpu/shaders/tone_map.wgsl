@@ -2,7 +2,7 @@
 // saturation of what is not very bright; without its toe, which takes a surface's Fresnel reflection
 // off and would make the shade of a wood black.
 
-@group(1) @binding(0) var radiance: texture_2d<f32>;
+@group(1) @binding(0) var radiance: texture_multisampled_2d<f32>;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -24,11 +24,22 @@ fn neutral(color: vec3<f32>) -> vec3<f32> {
 
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let linear = textureLoad(radiance, vec2<i32>(at.xy), 0).rgb;
-    if frame.show == SHOW_COVERAGE {
-        return vec4(linear, 1.0);
+    // The curve before the mean: of a leaf before a bright sky the edge would else be all sky as soon
+    // as one sample is.
+    var color = vec3(0.0);
+    let samples = textureNumSamples(radiance);
+    for (var i = 0u; i < samples; i++) {
+        let linear = textureLoad(radiance, vec2<i32>(at.xy), i).rgb;
+        if frame.show == SHOW_COVERAGE {
+            color += linear;
+        } else {
+            color += max(neutral(linear * frame.exposure), vec3(0.0));
+        }
     }
-    let color = max(neutral(linear * frame.exposure), vec3(0.0));
+    color /= f32(samples);
+    if frame.show == SHOW_COVERAGE {
+        return vec4(color, 1.0);
+    }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.
     let noise = (interleaved_noise(at.xy) - 0.5) / 255.0;
     return vec4(pow(max(pow(color, vec3(1.0 / 2.2)) + noise, vec3(0.0)), vec3(2.2)), 1.0);

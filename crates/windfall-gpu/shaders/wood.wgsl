@@ -67,7 +67,7 @@ fn cells(at: vec2<f32>, seed: u32) -> vec2<f32> {
 fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     let p = uv / surface.scale;
     let pixel = metres / surface.scale;
-    let coarse = 1.0 - smoothstep(0.25, 0.9, pixel);
+    let coarse = 1.0 - smoothstep(0.18, 0.6, pixel);
     let fine = fractal_noise2(p * vec2(7.0, 3.0), pixel * 6.0, 8u);
     let patchy = fractal_noise2(p * 0.35, pixel * 0.35, 9u);
     if surface.pattern == 4u {
@@ -144,6 +144,11 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
             normal = normalize(abs(area) * normal - slope + plane * 1e-9);
             open = clamp(0.45 + 0.75 * surface_bark.height, 0.3, 1.0);
         }
+        // Algae grow in streaks where rain runs down, lichen in pale crusts.
+        let streaks = fractal_noise2(in.uv * vec2(2.6, 0.35), metres * 2.6, 16u) + 0.35 * fractal_noise2(in.uv * 1.1, metres, 18u);
+        albedo = mix(albedo, vec3(0.090, 0.098, 0.042), 0.6 * smoothstep(0.0, 0.3, streaks) * smoothstep(9.0, 1.0, in.high));
+        let crusts = fractal_noise2(in.uv * 6.5, metres * 6.5, 17u);
+        albedo = mix(albedo, vec3(0.300, 0.310, 0.260), 0.45 * smoothstep(0.12, 0.2, crusts));
         // Moss and soil climb the foot.
         let moss = smoothstep(0.1, 0.5, fractal_noise2(in.uv * 3.0, 0.0, 12u) + 0.55 - 0.45 * in.high) * (1.0 - 0.5 * surface_bark.dark);
         albedo = mix(albedo, vec3(0.050, 0.062, 0.020), 0.65 * moss);
@@ -154,6 +159,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     let sun = max(dot(normal, frame.sun_direction), 0.0) * step(0.0, dot(plane, frame.sun_direction));
     let taps = min(frame.shadow_taps, 6u);
     let reach = sun_visibility(in.world, plane, in.clip.xy, taps, 1.5);
-    let light = frame.sun_color * (sun / PI * reach * mix(open, 1.0, 0.5)) + ambient(normal) * (in.shade * open);
+    // Light among leaves has their colour.
+    let leaves = frame.litter / max(dot(frame.litter, vec3(1.0 / 3.0)), 1e-3);
+    let among = mix(vec3(1.0), leaves, select(0.0, 0.28, model.leaf_count > 0u));
+    let light = frame.sun_color * (sun / PI * reach * mix(open, 1.0, 0.5)) + ambient(normal) * among * (in.shade * open);
     return vec4(through_air(albedo * light, in.world), 1.0);
 }

@@ -18,6 +18,10 @@ pub struct Quality {
     pub veins: bool,
     /// Whether leaves are glossy.
     pub gloss: bool,
+    /// Whether light from behind shines through leaves.
+    pub transmission: bool,
+    /// Whether leaves deep in a crown are darker: each knows how open to the sky it is.
+    pub openness: bool,
     /// Whether single dead leaves show on the near ground.
     pub ground_detail: bool,
     /// Whether bark has relief.
@@ -37,6 +41,8 @@ impl Quality {
         sway: true,
         veins: false,
         gloss: false,
+        transmission: true,
+        openness: true,
         ground_detail: false,
         bark_relief: false,
         grass: false,
@@ -68,6 +74,8 @@ impl Quality {
             self.bark_relief,
             self.backdrop,
             self.gloss,
+            self.transmission,
+            self.openness,
         ]
         .iter()
         .enumerate()

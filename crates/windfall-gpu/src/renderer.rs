@@ -134,7 +134,6 @@ fn describe_forest(frame: &mut Frame, forest: &GpuForest) {
 pub struct Canvas {
     width: u32,
     height: u32,
-    multisampled: wgpu::TextureView,
     depth: wgpu::TextureView,
     pyramid: Pyramid,
     radiance: wgpu::TextureView,
@@ -161,8 +160,8 @@ impl Canvas {
         self.height
     }
 
-    /// Begins to draw radiance with depth: from nothing or over what is there; the last pass
-    /// resolves.
+    /// Begins to draw radiance with depth: from nothing or over what is there; after the last pass
+    /// nobody asks for the depth.
     fn begin<'a>(
         &self,
         scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
@@ -179,10 +178,10 @@ impl Canvas {
             wgpu::RenderPassDescriptor {
                 label: Some(label),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &self.multisampled,
+                    view: &self.radiance,
                     depth_slice: None,
-                    resolve_target: last.then_some(&self.radiance),
-                    ops: wgpu::Operations { load: color, store },
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: color, store: wgpu::StoreOp::Store },
                 })],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &self.depth,
@@ -353,13 +352,11 @@ impl Renderer {
                 })
                 .create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let none = wgpu::TextureUsages::empty();
-        let radiance = texture("radiance", RADIANCE, 1, wgpu::TextureUsages::TEXTURE_BINDING);
+        let radiance = texture("radiance", RADIANCE, SAMPLES, wgpu::TextureUsages::TEXTURE_BINDING);
         let depth = texture("depth", DEPTH, SAMPLES, wgpu::TextureUsages::TEXTURE_BINDING);
         Canvas {
             width,
             height,
-            multisampled: texture("multisampled radiance", RADIANCE, SAMPLES, none),
             pyramid: self.hiz.pyramid(device, &depth, (width, height)),
             depth,
             tone_map_group: self.tone_map.bind_group(device, &radiance),
@@ -472,8 +469,9 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.change(&mut pass, falls);
         }
+        let mut shadows = scope.scope("shadows");
         for (i, cascade) in cascades.iter().enumerate().take(views - 1) {
-            let mut pass = scope.scoped_render_pass(
+            let mut pass = shadows.scoped_render_pass(
                 format!("shadow {i}"),
                 wgpu::RenderPassDescriptor {
                     label: Some("shadow"),
@@ -503,6 +501,7 @@ impl Renderer {
                 }
             }
         }
+        drop(shadows);
         let fade = view.detail.fade.by;
         let alone = view.show.leaves_alone();
         if occlusion {

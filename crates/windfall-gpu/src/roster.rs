@@ -279,7 +279,7 @@ impl Roster {
             } else {
                 NEVER
             },
-            ripe: stream.season_offset + 0.12 * from_center.y,
+            ripe: ripeness(stream.season_offset, stream.seed, from_center),
             twig_xy,
             twig_zw,
             lying_xy,
@@ -392,6 +392,17 @@ fn litter_leaf(leaf: &FallingLeaf, model: &Model, season: f32) -> LitterLeaf {
         padding0: 0,
         padding1: 0,
     }
+}
+
+/// The twin of `ripeness` and `branch_ripeness` in `shaders/shared/season.wgsl`.
+pub(crate) fn ripeness(season_offset: f32, seed: u32, from_center: Vec3) -> f32 {
+    let wave = |way: Vec3, draw: u32| {
+        let turns = from_center.dot(way) + unit(hash(seed, draw));
+        (std::f32::consts::TAU * (turns - turns.floor())).sin()
+    };
+    let branch = 0.09 * wave(Vec3::new(0.83, 0.55, -0.61), 14)
+        + 0.07 * wave(Vec3::new(-0.97, 1.13, 0.86), 15);
+    season_offset + 0.12 * from_center.y + branch
 }
 
 /// The twin of `season_color` in `shaders/shared/loose.wgsl`.

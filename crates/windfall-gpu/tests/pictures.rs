@@ -11,9 +11,10 @@ use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
+use windfall_core::wind::Wind;
 use windfall_gpu::{
-    Camera, Canvas, Capture, CountLeaves, Culling, Falls, GpuForest, Quality, Renderer, Target,
-    TreeCounts, View, wgpu, wgpu_profiler,
+    Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Falls, GpuForest, Quality,
+    Renderer, Target, TreeCounts, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
 
@@ -246,6 +247,27 @@ fn a_tree_in_full_looks_the_same_in_each_prune_order() {
         let differ = picture.iter().zip(&pictures[0]).filter(|(a, b)| a != b).count();
         assert!(differ < picture.len() / 1000, "{differ} of {} bytes", picture.len());
     }
+}
+
+/// In a storm, all leaves of a tree let go at once: a moment later each is where it hung, as it hung.
+#[test]
+fn leaves_let_go_as_the_wind_holds_them() {
+    let (trees, forest) = lone(Species::Maple.grow_with(1, 700));
+    let leaves = trees[0].foliage.leaves.len() as u32;
+    let mut falls = Falls { wind: Wind::new(8.0, 0.4, 0.8, 3), capacity: 2000, ..Falls::none() };
+    falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
+    let at = View { time: 7.25, ..view([2.0, 2.0, 12.0], [0.0, 6.0, 0.0]) };
+    let thrown = |time| {
+        let event = |leaf| DetachEvent { instance: 0, leaf, time };
+        let falls = Falls { events: (0..leaves).map(event).collect(), ..falls.clone() };
+        paint(&upload(&trees, &forest, &falls), &at)
+    };
+    let [hanging, loose, gone] = [7.2501, 7.2499, 4.0].map(thrown);
+    let apart = |a: &[u8], b: &[u8]| {
+        a.iter().zip(b).map(|(a, b)| f32::from(a.abs_diff(*b))).sum::<f32>() / a.len() as f32
+    };
+    let (pop, fall) = (apart(&hanging, &loose), apart(&hanging, &gone));
+    assert!(fall > 4.0 && pop < 0.1 * fall, "{pop} when they let go, {fall} when they have fallen");
 }
 
 /// A board of wood, 60 m wide and 40 m high, that faces +Z.

@@ -64,7 +64,7 @@ impl Spread {
 
 impl std::fmt::Display for Spread {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let text = format!("{:.2} ({:.2}-{:.2})", self.median, self.low, self.high);
+        let text = format!("{:.2} ({:.2}..{:.2})", self.median, self.low, self.high);
         f.pad(&text)
     }
 }

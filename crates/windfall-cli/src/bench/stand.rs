@@ -78,6 +78,6 @@ impl Easel {
         count.map();
         gpu.wait()?;
         let counts = count.take().context("the counts did not arrive")??;
-        Ok(Measured { wall, cpu, counts, gpu: gpu.pass_times().into_iter().collect(), stats })
+        Ok(Measured { wall, cpu, counts, gpu: gpu.pass_times(), stats })
     }
 }

@@ -8,6 +8,8 @@ const GROUND_DETAIL: u32 = 8u;
 const BARK_RELIEF: u32 = 16u;
 const BACKDROP: u32 = 32u;
 const GLOSS: u32 = 64u;
+const TRANSMISSION: u32 = 128u;
+const OPENNESS: u32 = 256u;
 
 fn has(effect: u32) -> bool {
     return (frame.effects & effect) != 0u;
@@ -53,6 +55,9 @@ fn ambient(n: vec3<f32>) -> vec3<f32> {
 // What reaches the eye of light that leaves a point: the air takes some and adds what it scatters,
 // which over a long way is the sky at the horizon.
 fn through_air(radiance: vec3<f32>, position: vec3<f32>) -> vec3<f32> {
+    if frame.haze <= 0.0 {
+        return radiance;
+    }
     let way = position - frame.eye;
     let distance = length(way);
     let kept = exp(-distance * frame.haze);

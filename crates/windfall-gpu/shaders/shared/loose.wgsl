@@ -96,6 +96,7 @@ fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
         let foot = ground_at(leaf.falls.origin.xz).height;
         let free = smooth_step(elapsed / min(LETTING_GO, leaf.landing.w));
         position += sway(leaf.falls.origin, foot) * (1.0 - free);
+        orientation = quat_mul(flutter(leaf.falls.origin, 1.0 - free), orientation);
         let settle = settle_time(leaf.landing.w);
         lift *= smooth_step(1.0 - (leaf.landing.w - elapsed) / max(settle, 1e-30));
         if fall.show == SHOW_LAPS {

@@ -18,6 +18,14 @@ fn ripeness(season_offset: f32, high: f32) -> f32 {
     return season_offset + 0.12 * high;
 }
 
+// Branches have times of their own too: patches of the crown of about half of its size, `from_center`
+// in half crowns.
+fn branch_ripeness(tree_seed: u32, from_center: vec3<f32>) -> f32 {
+    let a = dot(from_center, vec3(0.83, 0.55, -0.61)) + unit(hash(tree_seed, 14u));
+    let b = dot(from_center, vec3(-0.97, 1.13, 0.86)) + unit(hash(tree_seed, 15u));
+    return 0.09 * wave(a) + 0.07 * wave(b);
+}
+
 // Each tree and each leaf has its own time. A leaf is known by its shed rank, which is the same in every
 // prune order.
 fn leaf_season(tree_seed: u32, season_offset: f32, rank: u32, high: f32, spread: f32) -> LeafSeason {

@@ -33,6 +33,16 @@ fn lean_of(wind: vec2<f32>, high: f32) -> vec2<f32> {
     return wind * min(speed * 1.5e-4 * high * sqrt(high), 0.03 * high / max(speed, 1e-3));
 }
 
+// How a leaf that hangs at `rest` has turned about its place, as a quaternion; `share` of it.
+fn flutter(rest: vec3<f32>, share: f32) -> vec4<f32> {
+    let speed = min(length(wind_at(rest)), 8.0);
+    let x = swing(rest, vec3(2.3, 1.9, -2.9), 3.15625);
+    let y = swing(rest, vec3(1.7, -3.1, 2.2), 2.84375);
+    let z = swing(rest, vec3(-2.7, 2.1, 2.5), 3.71875);
+    let turned = vec3(x, 0.6 * y, z) * (0.06 * speed * frame.sway * share);
+    return normalize(vec4(turned * 0.5, 1.0));
+}
+
 // How far a part of a tree whose foot is at height `foot` has moved from its place at rest, metres.
 fn sway(rest: vec3<f32>, foot: f32) -> vec3<f32> {
     if frame.sway == 0.0 {

@@ -52,6 +52,8 @@ pub struct SkyPicture {
     width: u32,
     height: u32,
     radiance: Vec<Vec3>,
+    /// Mean luminance of the upper half without the sun.
+    mean: f32,
 }
 
 /// Why numbers are no [`SkyPicture`].
@@ -98,21 +100,32 @@ impl SkyPicture {
         if let Some(index) = radiance.iter().position(odd) {
             return Err(SkyPictureError::Value { index, value: radiance[index].to_string() });
         }
-        let picture = Self { width, height, radiance };
-        if picture.mean() <= 0.0 { Err(SkyPictureError::Dark) } else { Ok(picture) }
+        let mut picture = Self { width, height, radiance, mean: f32::INFINITY };
+        // A picture may hold the sun as bright as it is, which outshines the sky: what it adds to the
+        // mean goes round by round.
+        for _ in 0..24 {
+            let before = picture.mean;
+            picture.mean = picture.mean_below(before * SUN_TEXEL);
+            if picture.mean > 0.99 * before {
+                break;
+            }
+        }
+        if picture.mean <= 0.0 { Err(SkyPictureError::Dark) } else { Ok(picture) }
     }
 
-    /// Mean luminance of the upper half by solid angle.
-    fn mean(&self) -> f32 {
+    /// Mean luminance of the upper half by solid angle, no texel's above `most`.
+    fn mean_below(&self, most: f32) -> f32 {
+        // Of many bright texels the sum is beyond what an f32 holds to the last dim one.
         let (mut sum, mut weight) = (0.0, 0.0);
         for y in 0..self.height.div_ceil(2) {
-            let solid = (std::f32::consts::PI * (y as f32 + 0.5) / self.height as f32).sin();
+            let solid =
+                (std::f64::consts::PI * (f64::from(y) + 0.5) / f64::from(self.height)).sin();
             for x in 0..self.width {
-                sum += luminance(self.texel(x, y)) * solid;
+                sum += f64::from(luminance(self.texel(x, y)).min(most)) * solid;
                 weight += solid;
             }
         }
-        sum / weight
+        (sum / weight) as f32
     }
 
     fn texel(&self, x: u32, y: u32) -> Vec3 {
@@ -129,7 +142,7 @@ impl SkyPicture {
     }
 
     pub(crate) fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
-        let most = self.mean() * SUN_TEXEL * 4.0;
+        let most = self.mean * SUN_TEXEL * 4.0;
         let texture = sky_texture(device, "sky picture", self.width, self.height);
         let bright = |c: &Vec3| *c * (most / c.max_element().max(most));
         let texels: Vec<Vec3> = self.radiance.iter().map(bright).collect();
@@ -198,11 +211,11 @@ impl SkyLight {
         let half = |direction: Vec3| table.towards(direction, heading);
         let scale = picture.map_or(1.0, |p| {
             let upper = Ambient::project(|d| if d.y > 0.0 { half(d) } else { Vec3::ZERO });
-            luminance(upper.irradiance(Vec3::Y)) / p.mean()
+            luminance(upper.irradiance(Vec3::Y)) / p.mean
         });
         let above = |direction: Vec3| match picture {
             None => half(direction),
-            Some(p) => p.towards(direction, p.mean() * SUN_TEXEL) * scale,
+            Some(p) => p.towards(direction, p.mean * SUN_TEXEL) * scale,
         };
         let upper = Ambient::project(|d| if d.y > 0.0 { above(d) } else { Vec3::ZERO });
         let arriving = upper.irradiance(Vec3::Y)
@@ -253,6 +266,19 @@ mod tests {
         let of_model = luminance(model.ambient.irradiance(Vec3::Y));
         assert!((luminance(up) / of_model - 1.0).abs() < 0.02, "{up} {of_model}");
         assert_eq!(model.sun, blue.sun);
+    }
+
+    #[test]
+    fn a_sun_in_the_picture_does_not_darken_its_sky() {
+        let blue = Vec3::new(20.0, 40.0, 90.0);
+        let mut texels = vec![blue; 512 * 256];
+        // Two texels of a sun that gives ten times what the sky does.
+        texels[64 * 512 + 100] = blue * 3e5;
+        texels[64 * 512 + 101] = blue * 3e5;
+        let sunny = SkyPicture::new(512, 256, texels).unwrap();
+        let up = |p| SkyLight::new(&Sky::default(), Some(p)).ambient.irradiance(Vec3::Y);
+        let (with, without) = (up(&sunny), up(&even(blue)));
+        assert!((with - without).length() < 0.02 * without.length(), "{with} {without}");
     }
 
     #[test]

@@ -3,9 +3,10 @@
 
 use super::compose;
 use crate::pass::sky::{SkyLight, sky_texture};
+use crate::roster::ripeness;
 use crate::shared::Frame;
 use crate::view::{Camera, Sky, View};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use windfall_core::light::{Atmosphere, SkyTable, leaf};
 use windfall_core::rng::Rng;
@@ -261,6 +262,56 @@ fn trees_sway_as_on_the_cpu() {
             );
         }
     }
+}
+
+#[test]
+fn leaves_flutter_as_on_the_cpu() {
+    let mut rng = Rng::new(5);
+    let light = light();
+    let wind = Wind::new(6.0, 0.8, 0.8, 3);
+    for time in [0.0, 41.7, 2999.5] {
+        let inputs: Vec<[Vec4; 4]> = (0..256)
+            .map(|_| [(unit_vector(&mut rng) * rng.range(0.0, 60.0)).extend(rng.unit()); 4])
+            .collect();
+        let frame = frame(time, &wind, &light);
+        let got = run(&frame, &light, "", "out = flutter(a[0].xyz, 1.0);", &inputs);
+        let half = run(&frame, &light, "", "out = flutter(a[0].xyz, 0.5);", &inputs);
+        let none = run(&frame, &light, "", "out = flutter(a[0].xyz, 0.0);", &inputs);
+        let mut most = 0.0f32;
+        for (i, ((out, half), none)) in inputs.iter().zip(got.iter().zip(half).zip(none)) {
+            let want = sway::flutter(&wind, i[0].truncate(), f64::from(time));
+            let [out, half] = [*out, half].map(|q| Quat::from_vec4(q).normalize());
+            let off = out.angle_between(want);
+            assert!(off < 3e-3, "{} at {time}: {off} rad", i[0]);
+            let [whole, part] = [out, half].map(|q| q.angle_between(Quat::IDENTITY));
+            assert!(part < 0.52 * whole + 2e-3, "{part} of {whole}");
+            assert!(none.truncate().length() < 1e-6);
+            most = most.max(whole);
+        }
+        assert!((0.1..1.0).contains(&most), "{most}");
+    }
+}
+
+/// Branches of a tree, and trees, differ in season by a few hundredths of the autumn; in the mean by none.
+#[test]
+fn branches_have_their_time_as_on_the_cpu() {
+    let mut rng = Rng::new(6);
+    let light = light();
+    let inputs: Vec<[Vec4; 4]> = (0..2048)
+        .map(|_| [(unit_vector(&mut rng) * rng.unit()).extend(rng.below(1000) as f32); 4])
+        .collect();
+    let body = "let seed = u32(a[0].w);
+        out.x = ripeness(0.07, a[0].y) + branch_ripeness(seed, a[0].xyz);";
+    let got = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    let mut sum = 0.0;
+    for (i, out) in inputs.iter().zip(&got) {
+        let want = ripeness(0.07, i[0].w as u32, i[0].truncate());
+        assert!((out.x - want).abs() < 1e-3, "{}: {} for {want}", i[0], out.x);
+        sum += want - 0.07 - 0.12 * i[0].y;
+    }
+    assert!((sum / got.len() as f32).abs() < 0.01, "{sum}");
+    let spread = got.iter().map(|o| (o.x - 0.07).abs()).fold(0.0, f32::max);
+    assert!((0.1..0.3).contains(&spread), "{spread}");
 }
 
 /// A stop more is twice the radiance before the curve, and dim light passes the curve as it is.

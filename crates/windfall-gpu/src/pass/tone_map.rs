@@ -1,4 +1,4 @@
-//! From radiance to the picture.
+//! From radiance, sample by sample, to the picture.
 
 use super::{
     Shaders,
@@ -20,7 +20,7 @@ impl ToneMap {
                 ty: wgpu::BindingType::Texture {
                     sample_type: wgpu::TextureSampleType::Float { filterable: false },
                     view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
+                    multisampled: true,
                 },
                 count: None,
             }],

@@ -13,8 +13,10 @@ fn bark(ridge: u32, groove: u32, scale: f32, pattern: BarkPattern) -> Bark {
     Bark { ridge: srgb(ridge), groove: srgb(groove), scale, pattern }
 }
 
+/// Colours as pictures of leaves have them, which are exposed for leaves in the sun: a leaf reflects
+/// somewhat less.
 fn palette(stops: &[u32], spread: f32) -> Palette {
-    Palette { stops: stops.iter().copied().map(srgb).collect(), spread }
+    Palette { stops: stops.iter().map(|&stop| srgb(stop) * 0.82).collect(), spread }
 }
 
 /// *Quercus robur*.
@@ -171,12 +173,12 @@ pub fn maple() -> Params {
             outline: Outline {
                 midrib: &[0.12, 1.0],
                 edge: &[
-                    [0.14, 0.03],
-                    [0.44, 0.12],
-                    [0.27, 0.28],
-                    [0.62, 0.62],
-                    [0.19, 0.54],
-                    [0.17, 0.74],
+                    [0.15, 0.02],
+                    [0.47, 0.1],
+                    [0.36, 0.3],
+                    [0.62, 0.6],
+                    [0.26, 0.58],
+                    [0.2, 0.76],
                 ],
                 fold: 10.0,
                 curl: 22.0,
