@@ -308,28 +308,6 @@ fn mean_cosines(crown: Crown, tree: TreeRecord, view: vec3<f32>) -> vec2<f32> {
         * vec2(sine + (PI - angle) * cosine, sine - angle * cosine);
 }
 
-// Mean colour of a tree's leaves: over heights in the crown and the leaves' own times.
-fn mean_color(model: Model, season_offset: f32) -> vec3<f32> {
-    if model.palette_count == 0u {
-        return vec3(1.0);
-    }
-    var sum = vec3(0.0);
-    for (var i = 0u; i < 15u; i++) {
-        let high = 0.6 * (f32(i / 5u) - 1.0);
-        // Quantiles of the sum of two even spreads.
-        let own = array<f32, 5>(-0.553, -0.225, 0.0, 0.225, 0.553)[i % 5u] * model.palette_spread;
-        let phase = clamp(frame.season + ripeness(season_offset, high) + own, 0.0, 1.0);
-        sum += palette_color(model, phase);
-    }
-    return sum / 15.0;
-}
-
-fn palette_color(model: Model, phase: f32) -> vec3<f32> {
-    let x = phase * f32(model.palette_count - 1u);
-    let i = min(u32(x), model.palette_count - 2u);
-    return mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
-}
-
 // Puts each tree in its place.
 @compute @workgroup_size(64)
 fn place(
@@ -360,11 +338,7 @@ fn place(
     out.fade_end = fade_end(list, level);
     out.fade_slope = 0.5 / max(level.radius, 1e-9);
     out.growth = level.growth;
-    out.shading_contrast = select(1.0, level.contrast, list.shading_contrast == 1u);
-    out.color_contrast = select(1.0, level.contrast, list.color_contrast == 1u);
-    if out.color_contrast < 1.0 {
-        out.mean_color = mean_color(models[tree.model], tree.season_offset);
-    }
+    out.contrast = level.contrast;
     out.seed = tree.seed;
     out.wind = pack2x16float(wind_at(tree.position));
     var cosines = vec2(0.5 * list.mean_cosine);

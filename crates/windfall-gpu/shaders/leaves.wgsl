@@ -59,6 +59,24 @@ fn detail_color(lambda: f32) -> vec3<f32> {
     return clamp(vec3(2.0 - x, min(x, 4.0 - x), x - 2.0), vec3(0.0), vec3(1.0)) * 0.5;
 }
 
+// Colour at a phase of the season; white where the material has its own.
+fn color_at(phase: f32) -> vec3<f32> {
+    if model.palette_count == 0u {
+        return vec3(1.0);
+    }
+    let x = phase * 7.0;
+    let i = min(u32(x), 6u);
+    return mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
+}
+
+// Its mean over leaves that have times of their own about a phase.
+fn mean_color_at(phase: f32) -> vec3<f32> {
+    let spread = model.palette_spread;
+    let x = clamp((phase + spread) / (1.0 + 2.0 * spread), 0.0, 1.0) * 7.0;
+    let i = min(u32(x), 6u);
+    return mix(model.mean_palette[i].rgb, model.mean_palette[i + 1u].rgb, x - f32(i));
+}
+
 // Whether a program has thrown the leaf. Nothing is read for a tree without events.
 fn thrown(root: u32, leaf: u32) -> bool {
     var at = root;
@@ -93,7 +111,8 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.uv = in.uv;
     out.material = in.material_shed >> 24u;
-    out.contrast_seen_cosines = vec4(tree.fade_growth.w, seen, unpack2x16float(tree.seed_detached_wind_cosines.w));
+    let shading_contrast = select(1.0, tree.fade_growth.w, (frame.contrasts & 2u) != 0u);
+    out.contrast_seen_cosines = vec4(shading_contrast, seen, unpack2x16float(tree.seed_detached_wind_cosines.w));
     if !lit {
         return out;
     }
@@ -108,18 +127,14 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     let tree_seed = tree.seed_detached_wind_cosines.x;
     let ripe = tree.turn_season.z + branch_ripeness(tree_seed, from_center);
     let season = leaf_season(tree_seed, ripe, rank, from_center.y, model.palette_spread);
-    out.color = vec3(season.brightness);
-    if model.palette_count > 0u {
-        let x = season.phase * f32(model.palette_count - 1u);
-        let i = min(u32(x), model.palette_count - 2u);
-        out.color *= mix(model.palette[i].rgb, model.palette[i + 1u].rgb, x - f32(i));
-    }
-    // SFS, equation 4.
-    out.color = mix(tree.mean_contrast.rgb, out.color, tree.mean_contrast.w);
+    out.color = season.brightness * color_at(season.phase);
+    // SFS, equation 4, towards the mean of leaves in this part of the crown.
+    let contrast = select(1.0, tree.fade_growth.w, (frame.contrasts & 1u) != 0u);
+    out.color = mix(mean_color_at(frame.season + ripeness(ripe, from_center.y)), out.color, contrast);
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, tree.fade_growth.w);
+    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, shading_contrast);
     return out;
 }
 

@@ -9,7 +9,7 @@
 use crate::events::Thrown;
 use crate::model::GpuModel;
 use crate::pass::shadow::CASCADES;
-use crate::shared::{Crown, CullFrame, Model, TreeInstance, TreeList, TreeRecord};
+use crate::shared::{Crown, CullFrame, TreeInstance, TreeList, TreeRecord};
 use crate::view::{Culling, View};
 use bytemuck::Zeroable;
 use glam::{Mat3, Mat4, Vec2, Vec3};
@@ -136,13 +136,9 @@ impl TreeList {
             growth_pixels: detail.growth.pixels,
             full_at_one: flag(detail.fade.full_at_one),
             early: flag(detail.fade.early),
-            color_contrast: flag(detail.color_contrast),
-            shading_contrast: flag(detail.shading_contrast),
             culling: culling as u32,
             wood_pixels: detail.wood_pixels,
             mean_cosine: detail.mean_cosine.unwrap_or(-1.0),
-            list_padding1: 0,
-            list_padding2: 0,
         }
     }
 }
@@ -238,7 +234,6 @@ impl Trees {
         list: &TreeList,
         wood: bool,
         detail: &Simplification,
-        season: impl Fn(usize, &TreeRecord) -> Vec3,
         detached: impl Fn(&TreeRecord, u32) -> u32,
         wind: impl Fn(Vec3) -> Vec2,
         sun: Vec3,
@@ -248,7 +243,7 @@ impl Trees {
             placed: vec![TreeInstance::zeroed(); self.records.len()],
             ..CpuList::default()
         };
-        for (index, crown) in self.crowns.iter().enumerate() {
+        for crown in &self.crowns {
             let first = crown.tree_first as usize;
             let records = &self.records[first..first + (crown.block_count * BLOCK) as usize];
             let mut sorted: Vec<(u32, Level, &TreeRecord)> = Vec::new();
@@ -274,8 +269,6 @@ impl Trees {
             sorted.sort_by_key(|tree| std::cmp::Reverse(tree.0));
             for (at, (_, level, tree)) in sorted.iter().enumerate() {
                 let detached = detached(tree, crown.leaf_count);
-                let contrast = |flag| if flag == 1 { level.contrast } else { 1.0 };
-                let color_contrast = contrast(list.color_contrast);
                 out.placed[first + at] = TreeInstance {
                     position: tree.position,
                     scale: tree.scale,
@@ -286,9 +279,7 @@ impl Trees {
                     fade_end: level.lambda + if list.early == 1 { 0.0 } else { level.radius },
                     fade_slope: 0.5 / level.radius.max(1e-9),
                     growth: level.growth,
-                    shading_contrast: contrast(list.shading_contrast),
-                    mean_color: if color_contrast < 1.0 { season(index, tree) } else { Vec3::ZERO },
-                    color_contrast,
+                    contrast: level.contrast,
                     seed: tree.seed,
                     detached: detached | tree.events << 24,
                     wind: pack_halfs(wind(tree.position)),
@@ -411,24 +402,6 @@ impl TreeList {
         }
         outside.iter().all(|&count| count < 8)
     }
-}
-
-/// Mean colour of a tree's leaves: over heights in the crown and the leaves' own times. The twin of
-/// `mean_color` in `shaders/cull.wgsl`.
-pub(crate) fn mean_color(model: &Model, season: f32, offset: f32) -> Vec3 {
-    if model.palette_count == 0 {
-        return Vec3::ONE;
-    }
-    let mut sum = Vec3::ZERO;
-    for high in [-0.6, 0.0, 0.6] {
-        for own in [-0.553, -0.225, 0.0, 0.225, 0.553] {
-            let phase = season + offset + 0.12 * high + own * model.palette_spread;
-            let x = phase.clamp(0.0, 1.0) * (model.palette_count - 1) as f32;
-            let i = (x as usize).min(model.palette_count as usize - 2);
-            sum += model.palette[i].truncate().lerp(model.palette[i + 1].truncate(), x - i as f32);
-        }
-    }
-    sum / 15.0
 }
 
 #[cfg(test)]
@@ -650,9 +623,7 @@ mod tests {
                         && near(tree.fade_end, wanted.fade_end)
                         && near(tree.fade_slope, wanted.fade_slope)
                         && near(tree.growth, wanted.growth)
-                        && near(tree.shading_contrast, wanted.shading_contrast)
-                        && near(tree.color_contrast, wanted.color_contrast)
-                        && tree.mean_color.distance(wanted.mean_color) < 1e-4
+                        && near(tree.contrast, wanted.contrast)
                         && tree.detached.abs_diff(wanted.detached) <= 1
                         && unpack_halfs(tree.mean_cosines).distance(unpack_halfs(wanted.mean_cosines)) < 0.01
                         && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,

@@ -1,6 +1,6 @@
 //! A forest in the GPU's memory.
 
-use crate::cull::{CpuList, Trees, mean_color};
+use crate::cull::{CpuList, Trees};
 use crate::events::Thrown;
 use crate::falls::{Falls, GpuFalls};
 use crate::listed::ListedFalls;
@@ -21,9 +21,8 @@ use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
 /// [`TreeInstance`] as a vertex buffer.
-pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
-    8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Float32x4, 12 => Uint32x4
-];
+pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+    wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4];
 
 /// A forest uploaded once and drawn in many frames.
 pub struct GpuForest {
@@ -190,14 +189,11 @@ impl GpuForest {
         detail: &Simplification,
         view: &View,
     ) -> CpuList {
-        let season = |model: usize, tree: &TreeRecord| {
-            mean_color(&self.models[model].uniform, view.season, tree.season_offset)
-        };
         let detached = |tree: &TreeRecord, leaves: u32| {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
         let wind = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
         let sun = view.sky.sun_direction();
-        self.trees.list_on_cpu(list, wood, detail, season, detached, wind, sun)
+        self.trees.list_on_cpu(list, wood, detail, detached, wind, sun)
     }
 }

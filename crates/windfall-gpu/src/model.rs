@@ -7,7 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
-use windfall_core::foliage::{Foliage, Leaf, LeafShape};
+use windfall_core::foliage::{Foliage, Leaf, LeafShape, Palette};
+use windfall_core::light::leaf;
 use windfall_core::simplify::{WoodLevel, simple_shapes, wood_levels};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
@@ -266,6 +267,7 @@ fn model_uniform(tree: &Tree) -> Model {
         .fold(Vec3::splat(1e-3), Vec3::max);
     Model {
         palette,
+        mean_palette: foliage.palette.as_ref().map_or([Vec4::ONE; 8], mean_palette),
         crown_center: foliage.crown_center,
         palette_count: if foliage.palette.is_some() { palette.len() as u32 } else { 0 },
         crown_extent: extent,
@@ -276,6 +278,25 @@ fn model_uniform(tree: &Tree) -> Model {
         mean_ambient: foliage.shading.ambient,
         crown: Crown::zeroed(),
     }
+}
+
+/// Means of a palette over the leaves' own times, which are the sums of two even draws, and their own
+/// brightness (`season_of` in `shaders/shared/season.wgsl`): of what they reflect, since no leaf sends out
+/// more than falls in, however bright its colour.
+fn mean_palette(palette: &Palette) -> [Vec4; 8] {
+    const DRAWS: i32 = 16;
+    const BRIGHTNESS: [f32; 3] = [0.88, 1.0, 1.12];
+    let spread = palette.spread;
+    std::array::from_fn(|i| {
+        let phase = i as f32 / 7.0 * (1.0 + 2.0 * spread) - spread;
+        let mut sum = Vec3::ZERO;
+        for draw in 0..DRAWS * DRAWS {
+            let own = (draw / DRAWS + draw % DRAWS + 1) as f32 / DRAWS as f32 - 1.0;
+            let color = palette.color(phase + own * spread);
+            sum += BRIGHTNESS.map(|b| leaf::diffuse(color * b).0).iter().sum::<Vec3>();
+        }
+        (sum / (3 * DRAWS * DRAWS) as f32).extend(1.0)
+    })
 }
 
 pub(crate) fn snorm(v: Vec3) -> [i8; 4] {

@@ -168,8 +168,8 @@ gpu_struct! {
         pub show: u32,
         /// 1 where leaves fade by easing in and out.
         pub fade_smooth: u32,
-        /// Unused.
-        pub frame_padding: u32,
+        /// What draws together in simplified trees: 1 colours, 2 shading, 3 both.
+        pub contrasts: u32,
     }
 }
 
@@ -203,20 +203,12 @@ gpu_struct! {
         pub full_at_one: u32,
         /// 1 where leaves are gone at rank λ.
         pub early: u32,
-        /// 1 where colours draw together.
-        pub color_contrast: u32,
-        /// 1 where shading draws together.
-        pub shading_contrast: u32,
         /// `Culling` as a number.
         pub culling: u32,
         /// `Simplification::wood_pixels`.
         pub wood_pixels: f32,
         /// `Simplification::mean_cosine`, or -1 for that of the trees' own leaves.
         pub mean_cosine: f32,
-        /// Unused.
-        pub list_padding1: u32,
-        /// Unused.
-        pub list_padding2: u32,
     }
 }
 
@@ -320,6 +312,9 @@ gpu_struct! {
     pub struct Model {
         /// Linear colours through autumn at equal steps; `w` is unused.
         pub palette: [Vec4; 8],
+        /// Mean colours of leaves whose own time is drawn from `palette_spread` about a phase, at equal
+        /// steps of that phase from `-palette_spread` to `1 + palette_spread`.
+        pub mean_palette: [Vec4; 8],
         /// Centre of the crown, metres.
         pub crown_center: Vec3,
         /// Colours in `palette`; 0 keeps the material's own.
@@ -387,12 +382,8 @@ gpu_struct! {
         pub fade_slope: f32,
         /// Factor on a leaf's length.
         pub growth: f32,
-        /// What is left of the contrast of shading.
-        pub shading_contrast: f32,
-        /// Mean colour of the leaves, linear.
-        pub mean_color: Vec3,
-        /// What is left of the contrast of colours.
-        pub color_contrast: f32,
+        /// What is left of the contrast of colours and shading.
+        pub contrast: f32,
         /// Key of the tree.
         pub seed: u32,
         /// Leaves of shed rank below the lower 24 bits have left their twigs; above them the root of

@@ -279,7 +279,8 @@ impl View {
             grassy: 0.7 * (self.meadow - 0.5),
             show: self.show as u32,
             fade_smooth: u32::from(self.detail.fade.smooth),
-            frame_padding: 0,
+            contrasts: u32::from(self.detail.color_contrast)
+                | u32::from(self.detail.shading_contrast) << 1,
         }
     }
 }

@@ -4,14 +4,12 @@ struct Tree {
     // Cosine and sine of the yaw, season offset, share of leaves drawn.
     @location(9) turn_season: vec4<f32>,
     // Rank at which leaves are gone, one over the range over which they fade, factor on their length,
-    // what is left of the contrast of shading.
+    // what is left of contrasts.
     @location(10) fade_growth: vec4<f32>,
-    // Mean colour, what is left of the contrast of colours.
-    @location(11) mean_contrast: vec4<f32>,
     // Key of the tree; leaves of shed rank below the lower 24 bits have left; above them the root of the
     // tree's events. Wind at its foot, and mean cosines of the sun on its leaves, two halfs
     // each.
-    @location(12) seed_detached_wind_cosines: vec4<u32>,
+    @location(11) seed_detached_wind_cosines: vec4<u32>,
 }
 
 fn turn(tree: Tree, v: vec3<f32>) -> vec3<f32> {

@@ -2,7 +2,7 @@
 
 use super::plain::Plain;
 use super::stands::{
-    across, away, bald, lambda_total, leaves_in_world, paper, plant, seen, solve, vertices,
+    across, amid, away, bald, lambda_total, leaves_in_world, paper, plant, seen, solve, vertices,
 };
 use super::{Args, WARM_UP};
 use crate::bench::Spread;
@@ -234,9 +234,9 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
     let total = stage.forest.instances.len();
     let tenth = total as f64 * 0.1;
     let fov =
-        solve(0.02, 2.5, tenth, |f| seen(&stage, &across(&stage, f, none), args.size).len() as f64);
+        solve(0.02, 2.5, tenth, |f| seen(&stage, &amid(f, none), args.size).len() as f64);
     let half = paper(0.5, 30.0);
-    let view = across(&stage, fov, half);
+    let view = amid(fov, half);
     let in_view = seen(&stage, &view, args.size).len();
     println!(
         "\n(b) {total} trees of papers10, {in_view} in view, h = 0.5, d0 = 30 m; wall clock of {} \

@@ -50,6 +50,17 @@ pub fn across(stage: &Stage, fov_y: f32, detail: Simplification) -> View {
     View { shadows: false, quality: Quality::LOW, detail, season: 0.55, ..View::new(camera) }
 }
 
+/// From over the middle of the forest, where trees out of the view are as near as those in it.
+pub fn amid(fov_y: f32, detail: Simplification) -> View {
+    let camera = Camera {
+        eye: Vec3::new(0.0, 30.0, 0.0),
+        target: Vec3::new(0.0, 10.0, -60.0),
+        fov_y,
+        near: 0.1,
+    };
+    View { shadows: false, quality: Quality::LOW, detail, season: 0.55, ..View::new(camera) }
+}
+
 /// The paper's simplification: survivors grow as equation 3 says, whatever it takes.
 pub fn paper(h: f32, d0: f32) -> Simplification {
     Simplification {
