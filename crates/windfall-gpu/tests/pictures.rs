@@ -422,6 +422,36 @@ fn shadows_begin_at_the_foot() {
     }
 }
 
+/// A tree stands where cascades meet. Seen a little nearer, there, and a little farther, in pictures that
+/// show it in one size, it and its shadow take as much light away. For a low sun, a high one and one
+/// straight above.
+#[test]
+fn a_tree_where_cascades_meet_is_shaded_alike() {
+    let (trees, forest) = lone(Species::Maple.grow_with(1, 1500));
+    let gpu = upload(&trees, &forest, &Falls::none());
+    for (boundary, elevation) in [14.0, 52.0]
+        .into_iter()
+        .flat_map(|b| [0.1f32, 0.8, std::f32::consts::FRAC_PI_2].map(|e| (b, e)))
+    {
+        let target = Vec3::new(0.0, 3.0, 0.0);
+        let losses = [0.88f32, 0.96, 1.0, 1.04, 1.12].map(|share| {
+            let distance = boundary * share;
+            let eye = target + Vec3::new(0.94, 0.34, 0.0) * distance;
+            let [with, without] = [true, false].map(|shadows| {
+                let mut view = plain_view(eye, target, elevation, shadows);
+                view.camera.fov_y = 2.0 * (5.0 / distance).atan();
+                paint(&gpu, &view)
+            });
+            let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
+            with.iter().zip(&without).map(dark).sum::<f32>() / with.len() as f32
+        });
+        let (least, most) =
+            losses.iter().fold((f32::MAX, 0.0f32), |(a, b), &l| (a.min(l), b.max(l)));
+        assert!(least > 0.5, "{boundary} m, {elevation} rad: {losses:?}");
+        assert!(most < 1.15 * least, "{boundary} m, {elevation} rad: {losses:?}");
+    }
+}
+
 /// Two stops below the curve's bend, a stop more is twice the light in the picture.
 #[test]
 fn a_stop_doubles_the_picture() {
