@@ -330,7 +330,7 @@ fn perturbed_pictures_fail() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// A column of plain wood, `height` metres high and `radius` thick, and no leaf.
+/// A column of plain wood, `height` metres high and `radius` thick, under a flat cone, and no leaf.
 fn column(radius: f32, height: f32) -> Tree {
     let mut tree = Species::Birch.grow_with(1, 0);
     tree.foliage.leaves.clear();
@@ -344,17 +344,21 @@ fn column(radius: f32, height: f32) -> Tree {
             wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
         }
     }
-    let top = wood.vertices.len() as u32;
-    for side in 0..=sides {
+    // Rim and apex for each side: a normal shared by all sides is none's.
+    let (top, slope) = (wood.vertices.len() as u32, 0.6);
+    for side in 0..sides {
         let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
-        let out = if side == sides { Vec3::ZERO } else { Vec3::new(cos, 0.0, sin) * radius };
-        let position = out + Vec3::Y * (height - 0.2);
-        wood.vertices.push(WoodVertex { position, normal: Vec3::Y, uv: Vec2::ZERO, material: 0 });
+        let out = Vec3::new(cos, 0.0, sin);
+        let normal = (out * slope + Vec3::Y).normalize();
+        let rim = out * radius + Vec3::Y * (height - 0.2);
+        for position in [rim, Vec3::Y * (height - 0.2 + slope * radius)] {
+            wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
+        }
     }
     for side in 0..sides {
         let next = (side + 1) % sides;
         wood.indices.extend([side, side + sides, next, next, side + sides, next + sides]);
-        wood.indices.extend([top + side, top + sides, top + next]);
+        wood.indices.extend([top + 2 * side, top + 2 * side + 1, top + 2 * next]);
     }
     tree.wood = wood;
     tree
