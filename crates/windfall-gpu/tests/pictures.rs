@@ -349,7 +349,7 @@ fn column(radius: f32, height: f32) -> Tree {
     for side in 0..sides {
         let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
         let out = Vec3::new(cos, 0.0, sin);
-        let normal = (out * slope + Vec3::Y).normalize();
+        let normal = (out * slope + Vec3::Y).normalize_or(Vec3::Y);
         let rim = out * radius + Vec3::Y * (height - 0.2);
         for position in [rim, Vec3::Y * (height - 0.2 + slope * radius)] {
             wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
