@@ -81,7 +81,8 @@ fn trees(at: vec3<f32>, width: f32, level: f32, seed: u32, pixel: f32) -> Land {
             let center = vec2(f32(cell) + 0.3 + 0.4 * unit(key), height - size * width * 0.9);
             var d = vec2((x - center.x) * width, at.y - center.y) / (size * width);
             d.y *= select(0.75, 1.4, d.y > 0.0 && (key & 1u) == 0u);
-            let r = length(d) + 0.55 * rough + 0.3 * fine;
+            // Bounded outwards, where single puffs would float over the crown.
+            let r = length(d) + max(0.55 * rough + 0.3 * fine, -0.14);
             let edge = smoothstep(1.0, 1.0 - max(0.06, pixel / (size * width)), r);
             let below = smoothstep(0.0, 1.0, -d.y) * step(abs(d.x), 0.95);
             let cover = max(edge, below);

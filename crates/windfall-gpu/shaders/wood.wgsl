@@ -156,12 +156,17 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
         albedo = mix(albedo, vec3(0.060, 0.043, 0.028), 0.8 * soil);
         open *= mix(1.0, 0.55, soil);
     }
-    let sun = max(dot(normal, frame.sun_direction), 0.0) * step(0.0, dot(plane, frame.sun_direction));
+    let sun_way = frame.sun_direction;
+    let sun = max(dot(normal, sun_way), 0.0) * step(0.0, dot(plane, sun_way));
     let taps = min(frame.shadow_taps, 6u);
     let reach = sun_visibility(in.world, plane, in.clip.xy, taps, 1.5);
     // Light among leaves has their colour.
     let leaves = frame.litter / max(dot(frame.litter, vec3(1.0 / 3.0)), 1e-3);
     let among = mix(vec3(1.0), leaves, select(0.0, 0.28, model.leaf_count > 0u));
-    let light = frame.sun_color * (sun / PI * reach * mix(open, 1.0, 0.5)) + ambient(normal) * among * (in.shade * open);
+    // A side that looks away from the sun sees what the sun shines on.
+    let away = 0.5 - 0.5 * dot(normal, normalize(vec3(sun_way.x, 0.0, sun_way.z) + vec3(1e-4)));
+    let bounced = frame.sun_color * frame.litter * (0.07 * away * away * sun_way.y);
+    let around = ambient(normal) * among * 0.85 + select(vec3(0.0), bounced, model.leaf_count > 0u);
+    let light = frame.sun_color * (sun / PI * reach * mix(open, 1.0, 0.5)) + around * (in.shade * open);
     return vec4(through_air(albedo * light, in.world), 1.0);
 }

@@ -353,7 +353,7 @@ fn perturbed_pictures_fail() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// A column of plain wood, `height` metres high and `radius` thick, and no leaf.
+/// A column of plain wood, `height` metres high and `radius` thick, under a flat cone, and no leaf.
 fn column(radius: f32, height: f32) -> Tree {
     let mut tree = Species::Birch.grow_with(1, 0);
     tree.foliage.leaves.clear();
@@ -367,17 +367,21 @@ fn column(radius: f32, height: f32) -> Tree {
             wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
         }
     }
-    let top = wood.vertices.len() as u32;
-    for side in 0..=sides {
+    // Rim and apex for each side: a normal shared by all sides is none's.
+    let (top, slope) = (wood.vertices.len() as u32, 0.6);
+    for side in 0..sides {
         let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
-        let out = if side == sides { Vec3::ZERO } else { Vec3::new(cos, 0.0, sin) * radius };
-        let position = out + Vec3::Y * (height - 0.2);
-        wood.vertices.push(WoodVertex { position, normal: Vec3::Y, uv: Vec2::ZERO, material: 0 });
+        let out = Vec3::new(cos, 0.0, sin);
+        let normal = (out * slope + Vec3::Y).normalize_or(Vec3::Y);
+        let rim = out * radius + Vec3::Y * (height - 0.2);
+        for position in [rim, Vec3::Y * (height - 0.2 + slope * radius)] {
+            wood.vertices.push(WoodVertex { position, normal, uv: Vec2::ZERO, material: 0 });
+        }
     }
     for side in 0..sides {
         let next = (side + 1) % sides;
         wood.indices.extend([side, side + sides, next, next, side + sides, next + sides]);
-        wood.indices.extend([top + side, top + sides, top + next]);
+        wood.indices.extend([top + 2 * side, top + 2 * side + 1, top + 2 * next]);
     }
     tree.wood = wood;
     tree
@@ -442,6 +446,36 @@ fn shadows_begin_at_the_foot() {
             let left = light(&with) / light(&without);
             assert!(left < 0.85, "{elevation} rad, {distance} m: {left} of the light is left");
         }
+    }
+}
+
+/// A tree stands where cascades meet. Seen a little nearer, there, and a little farther, in pictures that
+/// show it in one size, it and its shadow take as much light away. For a low sun, a high one and one
+/// straight above.
+#[test]
+fn a_tree_where_cascades_meet_is_shaded_alike() {
+    let (trees, forest) = lone(Species::Maple.grow_with(1, 1500));
+    let gpu = upload(&trees, &forest, &Falls::none());
+    for (boundary, elevation) in [14.0, 52.0]
+        .into_iter()
+        .flat_map(|b| [0.1f32, 0.8, std::f32::consts::FRAC_PI_2].map(|e| (b, e)))
+    {
+        let target = Vec3::new(0.0, 3.0, 0.0);
+        let losses = [0.88f32, 0.96, 1.0, 1.04, 1.12].map(|share| {
+            let distance = boundary * share;
+            let eye = target + Vec3::new(0.94, 0.34, 0.0) * distance;
+            let [with, without] = [true, false].map(|shadows| {
+                let mut view = plain_view(eye, target, elevation, shadows);
+                view.camera.fov_y = 2.0 * (5.0 / distance).atan();
+                paint(&gpu, &view)
+            });
+            let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
+            with.iter().zip(&without).map(dark).sum::<f32>() / with.len() as f32
+        });
+        let (least, most) =
+            losses.iter().fold((f32::MAX, 0.0f32), |(a, b), &l| (a.min(l), b.max(l)));
+        assert!(least > 0.5, "{boundary} m, {elevation} rad: {losses:?}");
+        assert!(most < 1.15 * least, "{boundary} m, {elevation} rad: {losses:?}");
     }
 }
 

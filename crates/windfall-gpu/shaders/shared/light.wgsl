@@ -103,8 +103,9 @@ fn sun_visibility(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<f32>, taps
         return 1.0;
     }
     let noise = interleaved_noise(pixel);
-    // Neighbouring cascades are mixed by pixel over the last eighth of each.
-    let reach = distance * (1.0 + 0.14 * noise);
+    // Neighbouring cascades are mixed by pixel over the last of each: no farther, since on a leaf that
+    // they see differently the mixture shows.
+    let reach = distance * (1.0 + 0.06 * noise);
     let cascade = select(select(2u, 1u, reach < frame.shadow_ends.y), 0u, reach < frame.shadow_ends.x);
     let map = frame.shadow_from_world[cascade];
     let texel = frame.shadow_texels[cascade];

@@ -186,8 +186,11 @@ fn the_crown_shades_its_inside() {
         let quarter = leaves.len() / 4;
         let mean = |l: &[&Leaf]| l.iter().map(|l| l.ambient).sum::<f32>() / quarter as f32;
         let (inner, outer) = (mean(&leaves[..quarter]), mean(&leaves[3 * quarter..4 * quarter]));
-        // Openness counts both sides of a leaf; a slender crown has little inside.
-        assert!(inner * 1.1 < outer, "{species}: {inner} {outer}");
+        // Half and more of the light is lost on the way in (maple) or a third (oak); the slender birch,
+        // of hanging twigs, has little inside.
+        let least = if species == Species::Birch { 1.12 } else { 1.35 };
+        assert!(inner * least < outer, "{species}: {inner} {outer}");
+        assert!(outer > 0.5, "{species}: {outer}");
     }
 }
 
