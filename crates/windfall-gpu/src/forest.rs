@@ -142,13 +142,12 @@ impl GpuForest {
         let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
         let listed = (falls.strategy != Strategy::Compute).then(|| {
-            let passes = &renderer.listed;
-            ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
+            ListedFalls::new(device, queue, renderer, trees, &uniforms, forest, falls)
         });
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
         let falls = GpuFalls::new(
             device,
-            &renderer.falls.layout,
+            renderer,
             trees,
             &uniforms,
             forest,
