@@ -3,13 +3,14 @@
 use super::bare::Bare;
 use super::plots::{self, Line};
 use super::soak::{self, Soak};
-use super::stand::Easel;
+use super::stand::{Easel, Measured};
 use super::{Spread, line};
 use crate::gpu::Gpu;
 use crate::render::parse_size;
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
@@ -42,6 +43,11 @@ pub struct Args {
     /// Leaves thrown each second in part a, from time 0 on, instead of --falling
     #[arg(long, value_name = "N", conflicts_with = "falling")]
     throw_rate: Option<f32>,
+    /// Strategies of part a, with commas between them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_values_t = [
+        Strategy::Compute, Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer,
+    ])]
+    strategies: Vec<Strategy>,
     /// Moment of the first measured frame in part a, seconds
     #[arg(long, value_name = "S", default_value_t = 8.0)]
     start: f32,
@@ -77,11 +83,18 @@ struct StrategyRow {
     name: String,
     wall_ms: Spread,
     gpu_ms: Spread,
-    /// Against the frame of the same moment in which no leaf moves.
+    /// Against the frame of the same moment with as many leaves on the twigs, and no others.
     ratio: Spread,
+    /// Against the frame of the same moment in which all leaves hang, as VB compare.
+    ratio_to_full: Spread,
     /// Frames at the end over frames at the beginning, fifths of the run.
     drift: f64,
     listed: u64,
+    /// Of the last frame.
+    tested: u32,
+    skipped: u32,
+    /// Medians of the passes on the GPU, milliseconds.
+    passes_ms: BTreeMap<String, f64>,
     /// Milliseconds of each frame, wall clock.
     frames_ms: Vec<f64>,
 }
@@ -215,6 +228,32 @@ fn walk(stage: &Stage, time: f32) -> View {
     view(eye, Vec3::new(0.0, 5.5, 0.0), time)
 }
 
+/// Medians of the passes.
+fn medians(measured: &[Measured]) -> BTreeMap<String, f64> {
+    let names = measured.iter().flat_map(|m| m.gpu.keys());
+    let median = |name: &String| {
+        let times: Vec<f64> = measured.iter().filter_map(|m| m.gpu.get(name).copied()).collect();
+        Spread::of(&times).median
+    };
+    names.map(|name| (name.clone(), median(name))).collect()
+}
+
+/// What a strategy is measured with: elimination, and leaf occlusion (VB 6.3).
+fn kinds_of(strategy: Strategy, occlusion: bool) -> Vec<(Elimination, bool)> {
+    let mut kinds = match strategy {
+        Strategy::Compute => vec![(Elimination::Scheduled, false), (Elimination::Scheduled, true)],
+        _ => vec![
+            (Elimination::Scheduled, false),
+            (Elimination::Scheduled, true),
+            (Elimination::PROGRESSIVE, false),
+            (Elimination::Off, false),
+            (Elimination::Off, true),
+        ],
+    };
+    kinds.retain(|&(_, needs)| occlusion || !needs);
+    kinds
+}
+
 fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<StrategyRow>> {
     let mut stage = grove();
     let rate = match args.throw_rate {
@@ -227,22 +266,19 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
     // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
     let bare = Falls { capacity: 0, ..stage.falls.clone() };
     let mut kinds: Vec<(String, GpuForest)> = vec![
-        ("none moving".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
-        ("moving ones not drawn".to_owned(), easel.forest(gpu, &stage, &bare)),
+        ("none moving, none loose".to_owned(), easel.forest(gpu, &stage, &bare)),
+        ("none moving, all on their twigs".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
     ];
-    for strategy in
-        [Strategy::Compute, Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer]
-    {
-        let eliminations: &[Elimination] = match strategy {
-            Strategy::Compute => &[Elimination::Scheduled],
-            _ => &Elimination::ALL,
-        };
-        for &elimination in eliminations.iter().rev() {
-            let falls = Falls { strategy, elimination, ..stage.falls.clone() };
-            let name = match strategy {
-                Strategy::Compute => strategy.to_string(),
-                _ => format!("{strategy}, elimination {elimination}"),
-            };
+    for &strategy in &args.strategies {
+        for (elimination, leaf_occlusion) in kinds_of(strategy, gpu.fragment_stores) {
+            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
+            let mut name = strategy.to_string();
+            if strategy != Strategy::Compute {
+                name += &format!(", elimination {elimination}");
+            }
+            if leaf_occlusion {
+                name += ", occlusion";
+            }
             kinds.push((name, easel.forest(gpu, &stage, &falls)));
         }
     }
@@ -257,14 +293,16 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         }
     }
     let last = |kind: usize| &frames[kind][frames[kind].len() - 1].stats;
+    let counted = &frames[2][frames[2].len() - 1].counts;
+    let listed = (2..kinds.len()).map(last).find(|s| s.leaves_falling > 0);
     println!(
         "\n(a) {} trees, {} triangles, {:.0} leaves thrown a second; at the end {} in the air, {} \
          landed",
         last(0).trees,
         last(0).triangles_full,
         rate,
-        last(3).leaves_falling,
-        last(3).leaves_landed,
+        listed.map_or(u64::from(counted.falling), |s| s.leaves_falling),
+        listed.map_or(u64::from(counted.landed), |s| s.leaves_landed),
     );
     println!(
         "{} frames of each from {} s on, in turns; medians (quartiles), ms; wall clock from the \
@@ -272,32 +310,49 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         args.frames, args.start
     );
     println!(
-        "{:<38}{:>24}{:>24}{:>20}{:>8}{:>9}",
-        "", "wall", "GPU", "over none moving", "drift", "listed"
+        "cost: over the same trees with the same leaves on their twigs and none that have left them; \
+         over full: over trees that keep all their leaves"
     );
-    let still: Vec<f64> = frames[0].iter().map(|m| m.wall).collect();
+    println!(
+        "{:<48}{:>24}{:>24}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
+        "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
+    );
+    let [still, full] = [0, 1].map(|k| frames[k].iter().map(|m| m.wall).collect::<Vec<f64>>());
     let mut rows = Vec::new();
     for (kind, measured) in kinds.iter().zip(&frames) {
         let wall: Vec<f64> = measured.iter().map(|m| m.wall).collect();
         let on_gpu: Vec<f64> =
             measured.iter().filter_map(|m| m.gpu.get("frame").copied()).collect();
-        let ratios: Vec<f64> = wall.iter().zip(&still).map(|(a, b)| a / b).collect();
+        let over = |of: &[f64]| wall.iter().zip(of).map(|(a, b)| a / b).collect::<Vec<f64>>();
+        let ratios = over(&still);
         let fifth = (ratios.len() / 5).max(1);
         let drift = Spread::of(&ratios[ratios.len() - fifth..]).median
             / Spread::of(&ratios[..fifth]).median;
-        let stats = &measured[measured.len() - 1].stats;
+        let (stats, counts) = (&measured[measured.len() - 1].stats, &measured[measured.len() - 1].counts);
         let row = StrategyRow {
             name: kind.0.clone(),
             wall_ms: Spread::of(&wall),
             gpu_ms: Spread::of(&on_gpu),
             ratio: Spread::of(&ratios),
+            ratio_to_full: Spread::of(&over(&full)),
             drift,
             listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            tested: counts.tested,
+            skipped: counts.skipped,
+            passes_ms: medians(measured),
             frames_ms: wall,
         };
         println!(
-            "{:<38}{:>24}{:>24}{:>20}{:>8.2}{:>9}",
-            row.name, row.wall_ms, row.gpu_ms, row.ratio, row.drift, row.listed
+            "{:<48}{:>24}{:>24}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
+            row.name,
+            row.wall_ms,
+            row.gpu_ms,
+            row.ratio,
+            row.ratio_to_full,
+            row.drift,
+            row.listed,
+            row.tested,
+            row.skipped
         );
         rows.push(row);
     }
