@@ -187,14 +187,8 @@ pub enum Show {
 
 impl Show {
     /// Each of them.
-    pub const ALL: [Self; 6] = [
-        Self::Picture,
-        Self::Laps,
-        Self::Detail,
-        Self::Leaves,
-        Self::Coverage,
-        Self::Occlusion,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Picture, Self::Laps, Self::Detail, Self::Leaves, Self::Coverage, Self::Occlusion];
 
     /// Its name on command lines.
     pub fn name(self) -> &'static str {

@@ -201,8 +201,7 @@ fn the_view_of_occlusion_shows_what_is_done_with_leaves() {
     for strategy in Strategy::ALL {
         let forest = studio.forest(strategy, true);
         let view = |before| View { show: Show::Occlusion, ..view(before) };
-        let hidden: Vec<_> =
-            (0..5).map(|_| colors(&studio.paint(&forest, &view(true)))).collect();
+        let hidden: Vec<_> = (0..5).map(|_| colors(&studio.paint(&forest, &view(true)))).collect();
         let seen: Vec<_> = (0..8).map(|_| colors(&studio.paint(&forest, &view(false)))).collect();
         println!("{strategy}: red, green, blue {hidden:?}, {seen:?}");
         // Skipped leaves are drawn before the wall, all of them in the fourth frame.

@@ -34,6 +34,9 @@ pub struct Args {
     /// Measured frames of each kind
     #[arg(long, value_name = "N", default_value_t = 15)]
     frames: u32,
+    /// Frames of the walk of part a from one measured frame to the next
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    stride: u32,
     /// Size of the picture
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "320x180")]
     size: (u32, u32),
@@ -89,6 +92,9 @@ struct StrategyRow {
     ratio_to_full: Spread,
     /// Frames at the end over frames at the beginning, fifths of the run.
     drift: f64,
+    /// Leaves in the air and on the ground in the last frame; of those, in the CPU's list.
+    falling: u64,
+    landed: u64,
     listed: u64,
     /// Of the last frame.
     tested: u32,
@@ -123,6 +129,13 @@ struct Counts {
     pose_r2: f64,
     frame_ns_per_leaf: f64,
     frame_r2: f64,
+}
+
+impl Args {
+    /// When a frame of part a is, warming up included.
+    fn seconds(&self, frame: u32) -> f32 {
+        self.start + (frame * self.stride) as f32 / 30.0
+    }
 }
 
 /// Runs `windfall bench falling`.
@@ -170,7 +183,7 @@ fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
                 .frames_ms
                 .iter()
                 .enumerate()
-                .map(|(i, &ms)| (f64::from(args.start) + i as f64 / 30.0, ms))
+                .map(|(i, &ms)| (f64::from(args.seconds(WARM_UP + i as u32)), ms))
                 .collect(),
         });
         let title = "Frame cost over the walk";
@@ -263,47 +276,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         }
         None => stage.keep_falling(args.falling),
     };
-    // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
-    let bare = Falls { capacity: 0, ..stage.falls.clone() };
-    let mut kinds: Vec<(String, GpuForest)> = vec![
-        ("none moving, none loose".to_owned(), easel.forest(gpu, &stage, &bare)),
-        ("none moving, all on their twigs".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
-    ];
-    for &strategy in &args.strategies {
-        for (elimination, leaf_occlusion) in kinds_of(strategy, gpu.fragment_stores) {
-            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
-            let mut name = strategy.to_string();
-            if strategy != Strategy::Compute {
-                name += &format!(", elimination {elimination}");
-            }
-            if leaf_occlusion {
-                name += ", occlusion";
-            }
-            kinds.push((name, easel.forest(gpu, &stage, &falls)));
-        }
-    }
-    let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
-    for frame in 0..WARM_UP + args.frames {
-        let time = args.start + frame as f32 / 30.0;
-        for (kind, measured) in kinds.iter().zip(&mut frames) {
-            let result = easel.frame(gpu, &kind.1, &walk(&stage, time))?;
-            if frame >= WARM_UP {
-                measured.push(result);
-            }
-        }
-    }
-    let last = |kind: usize| &frames[kind][frames[kind].len() - 1].stats;
-    let counted = &frames[2][frames[2].len() - 1].counts;
-    let listed = (2..kinds.len()).map(last).find(|s| s.leaves_falling > 0);
-    println!(
-        "\n(a) {} trees, {} triangles, {:.0} leaves thrown a second; at the end {} in the air, {} \
-         landed",
-        last(0).trees,
-        last(0).triangles_full,
-        rate,
-        listed.map_or(u64::from(counted.falling), |s| s.leaves_falling),
-        listed.map_or(u64::from(counted.landed), |s| s.leaves_landed),
-    );
+    println!("\n(a) {} leaves of 7 trees, {rate:.0} thrown a second", stage.leaf_count());
     println!(
         "{} frames of each from {} s on, in turns; medians (quartiles), ms; wall clock from the \
          first call to the end of the GPU's work, and timestamps",
@@ -314,28 +287,71 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
          over full: over trees that keep all their leaves"
     );
     println!(
-        "{:<48}{:>24}{:>24}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
+        "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
         "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
     );
-    let [still, full] = [0, 1].map(|k| frames[k].iter().map(|m| m.wall).collect::<Vec<f64>>());
+    // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
+    let bare = Falls { capacity: 0, ..stage.falls.clone() };
     let mut rows = Vec::new();
-    for (kind, measured) in kinds.iter().zip(&frames) {
+    // One strategy after the other, each beside the trees alone: the more pipelines are in use at a
+    // time, the more of them a driver may drop and make again in each frame.
+    for &strategy in &args.strategies {
+        let mut kinds: Vec<(String, GpuForest)> = vec![
+            ("none moving, none loose".to_owned(), easel.forest(gpu, &stage, &bare)),
+            ("none moving, in full".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
+        ];
+        for (elimination, leaf_occlusion) in kinds_of(strategy, gpu.fragment_stores) {
+            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
+            let name = match strategy {
+                Strategy::Compute => strategy.to_string(),
+                _ => format!("{strategy}, elimination {elimination}"),
+            };
+            let name = if leaf_occlusion { name + ", occlusion" } else { name };
+            kinds.push((name, easel.forest(gpu, &stage, &falls)));
+        }
+        let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
+        for frame in 0..WARM_UP + args.frames {
+            let view = walk(&stage, args.seconds(frame));
+            for (kind, measured) in kinds.iter().zip(&mut frames) {
+                let result = easel.frame(gpu, &kind.1, &view)?;
+                if frame >= WARM_UP {
+                    measured.push(result);
+                }
+            }
+        }
+        let [still, full] = [0, 1].map(|k| frames[k].iter().map(|m| m.wall).collect::<Vec<f64>>());
+        rows.extend(
+            kinds
+                .into_iter()
+                .zip(&frames)
+                .map(|(kind, m)| StrategyRow::new(kind.0, m, [&still, &full])),
+        );
+    }
+    Ok(rows)
+}
+
+impl StrategyRow {
+    /// Of measured frames, and those of the same moments in which no leaf moves; prints it.
+    fn new(name: String, measured: &[Measured], [still, full]: [&[f64]; 2]) -> Self {
         let wall: Vec<f64> = measured.iter().map(|m| m.wall).collect();
         let on_gpu: Vec<f64> =
             measured.iter().filter_map(|m| m.gpu.get("frame").copied()).collect();
         let over = |of: &[f64]| wall.iter().zip(of).map(|(a, b)| a / b).collect::<Vec<f64>>();
-        let ratios = over(&still);
+        let ratios = over(still);
         let fifth = (ratios.len() / 5).max(1);
         let drift = Spread::of(&ratios[ratios.len() - fifth..]).median
             / Spread::of(&ratios[..fifth]).median;
-        let (stats, counts) = (&measured[measured.len() - 1].stats, &measured[measured.len() - 1].counts);
-        let row = StrategyRow {
-            name: kind.0.clone(),
+        let last = &measured[measured.len() - 1];
+        let (stats, counts) = (&last.stats, &last.counts);
+        let row = Self {
+            name,
             wall_ms: Spread::of(&wall),
             gpu_ms: Spread::of(&on_gpu),
             ratio: Spread::of(&ratios),
-            ratio_to_full: Spread::of(&over(&full)),
+            ratio_to_full: Spread::of(&over(full)),
             drift,
+            falling: stats.leaves_falling + u64::from(counts.falling),
+            landed: stats.leaves_landed + u64::from(counts.landed),
             listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
             tested: counts.tested,
             skipped: counts.skipped,
@@ -343,7 +359,7 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
             frames_ms: wall,
         };
         println!(
-            "{:<48}{:>24}{:>24}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
+            "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
             row.name,
             row.wall_ms,
             row.gpu_ms,
@@ -354,9 +370,8 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
             row.tested,
             row.skipped
         );
-        rows.push(row);
+        row
     }
-    Ok(rows)
 }
 
 /// `count` leaves of one shape, thrown between four and two seconds before time 0: nearly all in the air.

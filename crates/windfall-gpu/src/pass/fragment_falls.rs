@@ -1,9 +1,7 @@
 //! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
 
 use super::Shaders;
-use super::listed::{
-    Layouts, Pair, Pairs, Placing, SHAPE, pose_pass, pose_pipeline, set_shape,
-};
+use super::listed::{Layouts, Pair, Pairs, Placing, SHAPE, pose_pass, pose_pipeline, set_shape};
 use crate::arena::GRAIN;
 use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
 use crate::model::GpuModel;

@@ -70,7 +70,11 @@ struct Room {
     shown_group: wgpu::BindGroup,
 }
 
-fn entry(binding: u32, stages: wgpu::ShaderStages, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+fn entry(
+    binding: u32,
+    stages: wgpu::ShaderStages,
+    ty: wgpu::BindingType,
+) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry { binding, visibility: stages, ty, count: None }
 }
 
@@ -102,7 +106,8 @@ fn layout(
     label: &str,
     entries: &[wgpu::BindGroupLayoutEntry],
 ) -> wgpu::BindGroupLayout {
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
 }
 
 fn group(
@@ -223,7 +228,12 @@ impl Falls {
 }
 
 impl GpuOcclusion {
-    pub fn count(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest, depth: &wgpu::TextureView) {
+    pub fn count(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &GpuForest,
+        depth: &wgpu::TextureView,
+    ) {
         let (buffer, offset, size) = &self.sights;
         let sights = wgpu::BufferBinding { buffer, offset: *offset, size: *size };
         self.counter.set(pass, depth, wgpu::BindingResource::Buffer(sights), None);
