@@ -83,6 +83,8 @@ struct Report {
 
 #[derive(Serialize)]
 struct StrategyRow {
+    /// That it was measured with, in turns.
+    strategy: String,
     name: String,
     wall_ms: Spread,
     gpu_ms: Spread,
@@ -176,8 +178,8 @@ fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
         let path = folder.join(name);
         std::fs::write(&path, svg).with_context(|| format!("{}", path.display()))
     };
-    if !report.strategies.is_empty() {
-        let lines = report.strategies.iter().map(|row| Line {
+    for rows in report.strategies.chunk_by(|a, b| a.strategy == b.strategy) {
+        let lines = rows.iter().map(|row| Line {
             name: row.name.clone(),
             points: row
                 .frames_ms
@@ -186,8 +188,10 @@ fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
                 .map(|(i, &ms)| (f64::from(args.seconds(WARM_UP + i as u32)), ms))
                 .collect(),
         });
-        let title = "Frame cost over the walk";
-        write("walk.svg", plots::lines(title, "s", "ms", &lines.collect::<Vec<_>>(), false)?)?;
+        let strategy = &rows[0].strategy;
+        let title = format!("Frame cost over the walk, {strategy}");
+        let svg = plots::lines(&title, "s", "ms", &lines.collect::<Vec<_>>(), false)?;
+        write(&format!("walk-{strategy}.svg"), svg)?;
     }
     if let Some(counts) = &report.counts {
         let line = |name: &str, get: fn(&(u64, f64, f64)) -> f64| Line {
@@ -321,10 +325,9 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         }
         let [still, full] = [0, 1].map(|k| frames[k].iter().map(|m| m.wall).collect::<Vec<f64>>());
         rows.extend(
-            kinds
-                .into_iter()
-                .zip(&frames)
-                .map(|(kind, m)| StrategyRow::new(kind.0, m, [&still, &full])),
+            kinds.into_iter().zip(&frames).map(|(kind, measured)| {
+                StrategyRow::new(strategy, kind.0, measured, [&still, &full])
+            }),
         );
     }
     Ok(rows)
@@ -332,7 +335,12 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
 
 impl StrategyRow {
     /// Of measured frames, and those of the same moments in which no leaf moves; prints it.
-    fn new(name: String, measured: &[Measured], [still, full]: [&[f64]; 2]) -> Self {
+    fn new(
+        strategy: Strategy,
+        name: String,
+        measured: &[Measured],
+        [still, full]: [&[f64]; 2],
+    ) -> Self {
         let wall: Vec<f64> = measured.iter().map(|m| m.wall).collect();
         let on_gpu: Vec<f64> =
             measured.iter().filter_map(|m| m.gpu.get("frame").copied()).collect();
@@ -344,6 +352,7 @@ impl StrategyRow {
         let last = &measured[measured.len() - 1];
         let (stats, counts) = (&last.stats, &last.counts);
         let row = Self {
+            strategy: strategy.to_string(),
             name,
             wall_ms: Spread::of(&wall),
             gpu_ms: Spread::of(&on_gpu),
