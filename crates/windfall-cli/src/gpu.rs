@@ -24,6 +24,8 @@ pub struct Gpu {
     pub profiler: GpuProfiler,
     /// The adapter's name and backend, for people.
     pub adapter: String,
+    /// Whether fragments may write to buffers, as leaf occlusion needs it.
+    pub fragment_stores: bool,
     /// The first error that no one else took.
     failure: Arc<Mutex<Option<wgpu::Error>>>,
 }
@@ -93,8 +95,10 @@ impl Gpu {
             ..Default::default()
         };
         let profiler = GpuProfiler::new(&device, settings).context("timers")?;
+        let flags = adapter.get_downlevel_capabilities().flags;
+        let fragment_stores = flags.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE);
         let adapter = format!("{} ({})", info.name, info.backend);
-        Ok(Self { device, queue, profiler, adapter, failure })
+        Ok(Self { device, queue, profiler, adapter, fragment_stores, failure })
     }
 
     /// Fails if the device has, as when its memory did not suffice.

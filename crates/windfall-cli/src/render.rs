@@ -70,6 +70,9 @@ pub struct Args {
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
+    /// Skip leaves in the air that are not seen, for some frames: on or off
+    #[arg(long, value_name = "on|off", value_parser = parse_switch)]
+    leaf_occlusion: Option<bool>,
     /// What the picture may cost: low, medium or high
     #[arg(long, value_name = "NAME")]
     quality: Option<String>,
@@ -95,7 +98,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     culling: Option<Culling>,
     /// What colours mean: picture, or laps (of the leaves' paths; landed ones are pink),
-    /// or detail (of the trees, red to blue)
+    /// or detail (of the trees, red to blue), or occlusion (of leaves in the air: drawn green, tested
+    /// blue, skipped red)
     #[arg(long, value_name = "NAME", default_value_t)]
     view: Show,
     /// Print one JSON object of what was drawn and how long it took
@@ -113,6 +117,14 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides =
         text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     sides.ok_or_else(|| "a size is WIDTHxHEIGHT, such as 1280x720".to_owned())
+}
+
+fn parse_switch(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("is neither on nor off".to_owned()),
+    }
 }
 
 fn parse_frames(text: &str) -> Result<(u32, u32), String> {
@@ -144,6 +156,8 @@ struct FrameReport {
     leaves_landed: u64,
     leaves_eliminated: u64,
     leaves_checked: u64,
+    leaves_tested: u32,
+    leaves_skipped: u32,
     triangles_full: u64,
     triangles_drawn: u64,
     lambda_total: f64,
@@ -167,6 +181,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "size: {}x{} is beyond what {} can draw: {largest} pixels a side",
             scene.size.0,
             scene.size.1,
+            gpu.adapter
+        );
+    }
+    if scene.leaf_occlusion && !gpu.fragment_stores {
+        bail!(
+            "leaf_occlusion: {} lets no fragment write to buffers, which counts what is seen; \
+             --leaf-occlusion off draws all leaves",
             gpu.adapter
         );
     }
@@ -268,6 +289,10 @@ impl Args {
         }
         if let Some(elimination) = self.elimination {
             scene.elimination = elimination.to_string();
+        }
+        scene.leaf_occlusion = self.leaf_occlusion.unwrap_or(scene.leaf_occlusion);
+        if self.view == Show::Occlusion && !scene.leaf_occlusion {
+            bail!("--view occlusion: shows leaf occlusion; add --leaf-occlusion on");
         }
         if let Some(culling) = self.culling {
             scene.culling = culling.to_string();
@@ -406,10 +431,13 @@ impl Painter {
             leaves_total: stats.leaves_total,
             leaves_hanging_drawn: trees.leaves_hanging,
             leaves_falling: u64::from(leaves.falling) + stats.leaves_falling,
-            leaves_falling_drawn: u64::from(leaves.falling_drawn) + stats.leaves_falling,
+            leaves_falling_drawn: u64::from(leaves.falling_drawn)
+                + stats.leaves_falling.saturating_sub(u64::from(leaves.skipped)),
             leaves_landed: u64::from(leaves.landed) + stats.leaves_landed,
             leaves_eliminated: stats.leaves_eliminated,
             leaves_checked: stats.leaves_checked,
+            leaves_tested: leaves.tested,
+            leaves_skipped: leaves.skipped,
             triangles_full: stats.triangles_full,
             triangles_drawn: trees.triangles,
             lambda_total: trees.lambda_total(),

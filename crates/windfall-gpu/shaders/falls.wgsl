@@ -11,18 +11,27 @@
 // Two vectors a slot. Of a leaf in the air: origin, moved by the wind at the detachment; time of the
 // detachment; seconds to the landing; variant; colour with the upper byte of the size; look with the
 // lower. Of a leaf that lies: place, time of the landing, orientation of which y is negative, colour and
-// look. Then four vectors a stream: see Window. Then a word a slot: see changing_at.
+// look. Then four vectors a stream: see Window. Then a word a slot: see changing_at. Then, with leaf
+// occlusion, another: shared/sight.wgsl.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
+// The leaves that are drawn. With leaf occlusion two more lists of as many: those that are tested, those
+// that are skipped.
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
 // leaves on the ground, of those drawn, one unused; then how many slots `land` has to
 // fill: in workgroups, 1, and in slots; then how many leaves `change` has to pose, in workgroups and in
-// leaves.
+// leaves; leaves that are tested, and that are skipped. With leaf occlusion then the arguments of the
+// other two lists, and for each leaf that is tested its slot.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
 // How trees are simplified: loose leaves as those on the twigs that they are from.
 @group(1) @binding(9) var<uniform> cull: CullFrame;
 
+// Whether leaves are tested for being seen. Settled when the pipeline is made: without it nothing is paid.
+override occlusion: bool = false;
+
+// Tallies.
+const TALLIES: u32 = 12u;
 // Workgroups in a row of a dispatch, and most of `land`.
 const ROW: u32 = 32768u;
 const SIGN: u32 = 0x80000000u;
@@ -197,7 +206,11 @@ fn land(@builtin(global_invocation_id) id: vec3<u32>) {
         let entry = drawn[i].look;
         var leaf = leaf_constants(stream, entry);
         leaf.landing.w = landing_time(leaf.falls, variant_of(leaf.falls.variant, leaf.falls.origin));
-        fill(stream.slot_first + entry % stream.keep, leaf);
+        let slot = stream.slot_first + entry % stream.keep;
+        fill(slot, leaf);
+        if occlusion {
+            forget_sight(slot);
+        }
     }
 }
 
@@ -373,6 +386,39 @@ fn changing_at(i: u32) -> u32 {
     return 2u * fall.slot_count + 4u * fall.stream_count + i / 4u;
 }
 
+fn forget_sight(slot: u32) {
+    slots[fall.sight_first + slot / 4u][slot % 4u] = 0u;
+}
+
+// What is to be done with a leaf that is in the air and in view.
+fn watch(slot: u32) -> u32 {
+    let at = fall.sight_first + slot / 4u;
+    let sight = next_sight(slots[at][slot % 4u], slot);
+    slots[at][slot % 4u] = sight;
+    return done_with(sight);
+}
+
+// Adds a leaf that is tested or skipped to the list of those.
+fn add_watched(leaf: LooseLeaf, what: u32, window: Window, slot: u32) {
+    let tallies = 5u * fall.bin_count;
+    let arguments = tallies + TALLIES + 5u * ((what - 1u) * fall.bin_count + window.bin);
+    let at = window.bin_first + atomicAdd(&counters[arguments + 1u], 1u);
+    drawn[what * fall.slot_count + at] = leaf;
+    if what == TEST {
+        atomicStore(&counters[tallies + TALLIES + 10u * fall.bin_count + at], slot);
+        atomicAdd(&counters[tallies + 1u], 1u);
+        atomicAdd(&counters[tallies + 10u], 1u);
+    } else {
+        atomicAdd(&counters[tallies + 11u], 1u);
+    }
+}
+
+fn mark_sight(leaf: ptr<function, LooseLeaf>, what: u32) {
+    if fall.show == SHOW_OCCLUSION {
+        (*leaf).color = shaded(sqrt(occlusion_color(what) * 0.5));
+    }
+}
+
 // How many entries the leaf in local slot `at` is behind the last that detached.
 fn entries_back(window: Window, at: u32) -> u32 {
     return window.newest - at + select(0u, window.keep, at > window.newest);
@@ -418,7 +464,19 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let in_air = !lies && elapsed < landing;
     out.scale *= kept_size(window, select(0u, window.detached - 1u - back, held));
-    let seen = held && !changes && out.scale > 0.0 && in_view(out.position, window.radius * out.scale);
+    var seen = held && !changes && out.scale > 0.0 && in_view(out.position, window.radius * out.scale);
+    if occlusion && held && !changes && in_air {
+        if seen {
+            let what = watch(slot);
+            mark_sight(&out, what);
+            if what != SHOW {
+                add_watched(out, what, window, slot);
+                seen = false;
+            }
+        } else {
+            forget_sight(slot);
+        }
+    }
     if held {
         atomicAdd(&held_count, select(0x10000u, 1u, in_air));
     }
@@ -458,11 +516,21 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
         let entry = window.detached - 1u - entries_back(window, at);
         var out = changing_leaf(stream, slot, entry, window.gusts);
         out.scale *= kept_size(window, entry);
+        let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
         if out.scale > 0.0 && in_view(out.position, window.radius * out.scale) {
-            let on_ground = (slots[2u * slot + 1u].x & SIGN) != 0u;
+            if occlusion && !on_ground {
+                let what = watch(slot);
+                mark_sight(&out, what);
+                if what != SHOW {
+                    add_watched(out, what, window, slot);
+                    continue;
+                }
+            }
             atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);
             let place = atomicAdd(&counters[5u * window.bin + 1u], 1u);
             drawn[window.bin_first + place] = out;
+        } else if occlusion && !on_ground {
+            forget_sight(slot);
         }
     }
 }

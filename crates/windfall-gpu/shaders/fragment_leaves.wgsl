@@ -12,6 +12,10 @@ struct LookedUpVertex {
 
 @vertex
 fn looked_up(in: LookedUpVertex) -> Varyings {
+    return looked_up_vertex(in);
+}
+
+fn looked_up_vertex(in: LookedUpVertex) -> Varyings {
     let at = vec2(in.leaf & 255u, in.leaf >> 8u);
     let place = textureLoad(places, at, 0);
     let rest = textureLoad(rests, at, 0);

@@ -192,6 +192,10 @@ fn posed(position: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, leaf: LooseLeaf)
 
 @vertex
 fn loose(in: LooseVertex) -> Varyings {
+    return loose_vertex(in);
+}
+
+fn loose_vertex(in: LooseVertex) -> Varyings {
     let q = normalize(in.orientation);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * in.place_scale.w;
     return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);

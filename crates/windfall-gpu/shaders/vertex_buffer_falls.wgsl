@@ -15,7 +15,7 @@ fn cover(@builtin(vertex_index) index: u32, @location(0) record: vec4<u32>) -> P
 struct VertexTexel {
     // Place, normal in octahedral coordinates.
     @location(0) place: vec4<u32>,
-    // Colour, look, texture coordinates.
+    // Colour, look, texture coordinates, place of the leaf in the list.
     @location(1) rest: vec4<u32>,
 }
 
@@ -23,7 +23,8 @@ struct VertexTexel {
 fn pose(in: Patch) -> VertexTexel {
     let pixel = vec2<u32>(in.clip.xy);
     let i = pixel.y * 2048u + pixel.x - in.record.x;
-    let leaf = leaf_of_texels(in.record.z + i / in.record.y);
+    let place = in.record.z + i / in.record.y;
+    let leaf = leaf_of_texels(place);
     let corner = in.record.w + 2u * (i % in.record.y);
     let position_u = bitcast<vec4<f32>>(table(corner));
     let normal_v = bitcast<vec4<f32>>(table(corner + 1u));
@@ -32,6 +33,6 @@ fn pose(in: Patch) -> VertexTexel {
     let normal = octahedral(quat_rotate(q, normal_v.xyz));
     return VertexTexel(
         vec4(bitcast<vec3<u32>>(world), pack2x16snorm(normal)),
-        vec4(leaf.color, leaf.look, pack2x16float(vec2(position_u.w, normal_v.w)), 0u),
+        vec4(leaf.color, leaf.look, pack2x16float(vec2(position_u.w, normal_v.w)), place),
     );
 }

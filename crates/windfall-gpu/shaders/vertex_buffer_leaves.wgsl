@@ -10,5 +10,9 @@ struct PlacedVertex {
 
 @vertex
 fn placed(in: PlacedVertex) -> Varyings {
+    return placed_vertex(in);
+}
+
+fn placed_vertex(in: PlacedVertex) -> Varyings {
     return loose_varyings(in.world, from_octahedral(in.normal), in.uv, in.color, in.look);
 }

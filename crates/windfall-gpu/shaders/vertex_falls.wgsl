@@ -13,6 +13,10 @@ struct FallingVertex {
 
 @vertex
 fn falling(in: FallingVertex) -> Varyings {
+    return falling_vertex(in);
+}
+
+fn falling_vertex(in: FallingVertex) -> Varyings {
     let leaf = listed_leaf(in.origin_detach, in.landing, in.sizes, in.turns, in.keys);
     return posed(in.position.xyz, in.normal.xyz, in.uv, leaf);
 }

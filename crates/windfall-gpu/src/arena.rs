@@ -92,8 +92,14 @@ impl<T: Pod> Arena<T> {
         self.regions.iter().map(|r| r.capacity).sum()
     }
 
-    /// Brings the buffer up to date.
-    pub fn upload(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Upload {
+    /// Brings the buffer up to date; `other` takes runs of places in it that have other records now,
+    /// unless regions moved.
+    pub fn upload(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        mut other: impl FnMut(std::ops::Range<u32>),
+    ) -> Upload {
         if self.regions.iter().any(|r| r.items.len() as u32 > r.capacity) {
             let total = layout(&mut self.regions);
             self.buffer = buffer::<T>(device, self.label, total);
@@ -109,6 +115,9 @@ impl<T: Pod> Arena<T> {
             let count = region.items.len() as u32;
             changed.sort_unstable();
             changed.retain(|&i| i < count);
+            for run in changed.chunk_by(|a, b| b - a <= 1) {
+                other(region.first + run[0]..region.first + run[run.len() - 1] + 1);
+            }
             let mut i = 0;
             while i < changed.len() {
                 let start = changed[i];

@@ -106,8 +106,8 @@ impl Capture {
     }
 }
 
-/// Where the leaves of a frame were, and which trees were drawn; 0 for what the strategies without
-/// compute count on the CPU.
+/// Where the leaves of a frame were, and which trees were drawn. For the strategies without compute,
+/// which count on the CPU, all but `tested` and `skipped` is 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LeafCounts {
     /// Leaves in the air.
@@ -118,6 +118,11 @@ pub struct LeafCounts {
     pub landed: u32,
     /// Leaves on the ground that were in view and drawn.
     pub landed_drawn: u32,
+    /// Leaves in the air that were tested for being seen ([`crate::Falls::leaf_occlusion`]); they were
+    /// drawn.
+    pub tested: u32,
+    /// Leaves in the air that were skipped, since they were not seen before: not drawn.
+    pub skipped: u32,
     /// The trees.
     pub trees: TreeCounts,
 }
@@ -164,6 +169,8 @@ impl CountLeaves {
                 falling_drawn: tally(1),
                 landed: tally(2),
                 landed_drawn: tally(3),
+                tested: tally(10),
+                skipped: tally(11),
                 trees: TreeCounts::of(std::array::from_fn(|i| {
                     let at = TALLIES + 2 * i;
                     u64::from(tally(at)) | u64::from(tally(at + 1)) << 32

@@ -18,7 +18,9 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::shed::{Shedding, TreeShedding};
-use windfall_core::simplify::{FadeRange, Level, Reduction, Seen, Shading, Simplification, Visibility};
+use windfall_core::simplify::{
+    FadeRange, Level, Reduction, Seen, Shading, Simplification, Visibility,
+};
 
 /// Bounds of parts.
 pub(crate) const BUCKETS: u32 = 48;
@@ -625,7 +627,9 @@ mod tests {
                         && near(tree.growth, wanted.growth)
                         && near(tree.contrast, wanted.contrast)
                         && tree.detached.abs_diff(wanted.detached) <= 1
-                        && unpack_halfs(tree.mean_cosines).distance(unpack_halfs(wanted.mean_cosines)) < 0.01
+                        && unpack_halfs(tree.mean_cosines)
+                            .distance(unpack_halfs(wanted.mean_cosines))
+                            < 0.01
                         && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,
                     "{tree:?}\nis not\n{wanted:?}"
                 );

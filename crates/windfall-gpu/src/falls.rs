@@ -7,6 +7,8 @@
 //! time runs backwards all are filled anew, so that any time gives the same picture as playing up to it.
 
 use crate::events::{DetachEvent, Thrown};
+use crate::pass::GpuOcclusion;
+use crate::renderer::Renderer;
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
 use crate::strategy::{Elimination, Strategy};
 use crate::view::View;
@@ -30,7 +32,7 @@ pub(crate) const EMPTY: &[u8] = &[0; size_of::<Model>()];
 pub(crate) const GROUP: u32 = 64;
 
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
-pub(crate) const TALLIES: usize = 10;
+pub(crate) const TALLIES: usize = 12;
 
 /// Distance from the camera within which leaves in the air cast shadows, metres.
 const LOOSE_SHADOWS: f32 = 60.0;
@@ -58,6 +60,18 @@ pub struct Falls {
     pub strategy: Strategy,
     /// When landed leaves become static geometry.
     pub elimination: Elimination,
+    /// Whether leaves in the air that are not seen are skipped (VB 5): one that showed fewer than
+    /// three pixels is not drawn in the next three frames, then tested again; of those that are seen, a
+    /// third is tested in each frame. What shadows they cast stays. Default false.
+    ///
+    /// The one thing that carries something from frame to frame that is not a function of scene, seed
+    /// and time: a leaf that comes into sight may appear up to three frames late, and one that is too
+    /// small to show three pixels comes and goes. Draw the forest by one camera alone. It needs a
+    /// device with [`wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE`], which all but OpenGL ES 3.0
+    /// have, and 68 more bytes of device memory for each leaf of `capacity`. For the strategies without
+    /// compute it is all leaves of the list of falling ones that are tested, landed ones included where
+    /// [`Elimination`] leaves them there.
+    pub leaf_occlusion: bool,
     /// Leaves that detach at a moment of their own, held beyond `capacity`. Those that
     /// [`Falls::check_events`] refuses are left out. Default none.
     pub events: Vec<DetachEvent>,
@@ -75,6 +89,7 @@ impl Default for Falls {
             capacity: 1_000_000,
             strategy: Strategy::default(),
             elimination: Elimination::default(),
+            leaf_occlusion: false,
             events: Vec::new(),
         }
     }
@@ -160,11 +175,23 @@ impl Bin {
     }
 }
 
+/// Lists of leaves that are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum List {
+    /// All, but those of the others.
+    Plain = 0,
+    /// Leaves that are tested for being seen. Like the next, with leaf occlusion alone.
+    Tested = 1,
+    /// Leaves that are skipped.
+    Skipped = 2,
+}
+
 /// The falling and fallen leaves of a forest on the GPU.
 pub(crate) struct GpuFalls {
     pub bins: Vec<Bin>,
     pub stream_count: u32,
     pub uniform: wgpu::Buffer,
+    /// Lists of `slot_count` leaves each: see [`List`].
     pub drawn: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     pub arguments: wgpu::Buffer,
@@ -173,6 +200,7 @@ pub(crate) struct GpuFalls {
     pub bind_group: wgpu::BindGroup,
     pub frame: FallFrame,
     pub group_count: u32,
+    pub occlusion: Option<GpuOcclusion>,
     /// Time and season that the slots are of, as bits: NaN at first.
     moment: AtomicU64,
 }
@@ -180,7 +208,7 @@ pub(crate) struct GpuFalls {
 impl GpuFalls {
     pub fn new(
         device: &wgpu::Device,
-        layout: &wgpu::BindGroupLayout,
+        renderer: &Renderer,
         trees: &[Tree],
         models: &[Model],
         forest: &Forest,
@@ -213,16 +241,25 @@ impl GpuFalls {
             })
         };
         let slots = u64::from(plan.slot_count);
+        let (leaf_lists, watched) = if falls.leaf_occlusion { (3, slots) } else { (1, 0) };
+        let slot_vectors = 2 * slots + 4 * plan.streams.len() as u64 + slots / 4 + 1;
+        // Fragments count in a binding of their own.
+        let alignment = u64::from(device.limits().min_storage_buffer_offset_alignment.max(16));
+        let sight_bytes = (slot_vectors * 16).next_multiple_of(alignment);
+        frame.sight_first = (sight_bytes / 16) as u32;
+        let slot_buffer =
+            empty("leaf slots", sight_bytes + watched * 4 + 16, wgpu::BufferUsages::empty());
         let drawn = empty(
             "loose leaves",
-            slots * size_of::<LooseLeaf>() as u64,
+            leaf_lists * slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * plan.bins.len() + TALLIES;
+        let words = 5 * leaf_lists * plan.bins.len() as u64 + TALLIES as u64 + watched;
         let counters = empty(
             "leaf counters",
-            words as u64 * 4,
+            words * 4,
             wgpu::BufferUsages::INDIRECT
+                | wgpu::BufferUsages::VERTEX
                 | wgpu::BufferUsages::COPY_DST
                 | wgpu::BufferUsages::COPY_SRC,
         );
@@ -241,11 +278,7 @@ impl GpuFalls {
             &storage("shed lists", bytemuck::cast_slice(&list)),
             &storage("leaf records", bytemuck::cast_slice(&records.records)),
             &storage("models", bytemuck::cast_slice(models)),
-            &empty(
-                "leaf slots",
-                slots * 36 + plan.streams.len() as u64 * 64 + 16,
-                wgpu::BufferUsages::empty(),
-            ),
+            &slot_buffer,
             &drawn,
             &counters,
             lists,
@@ -260,18 +293,20 @@ impl GpuFalls {
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("falls"),
-            layout,
+            layout: &renderer.falls.layout,
             entries: &entries,
         });
         let bins: Vec<Bin> = plan.bins.iter().map(|bin| Bin::new(device, trees, bin)).collect();
-        let arguments: Vec<u32> = plan
+        let draws: Vec<u32> = plan
             .bins
             .iter()
             .flat_map(|bin| {
                 [trees[bin.model].foliage.shapes[bin.shape].indices.len() as u32, 0, 0, 0, 0]
             })
-            .chain([0, 0, 0, 0, 0, 0, 1, 0, 0, 0])
             .collect();
+        let mut tallies = [0; TALLIES];
+        tallies[6] = 1;
+        let arguments = [&draws[..], &tallies, &draws.repeat(leaf_lists as usize - 1)].concat();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
             contents: bytemuck::cast_slice(&arguments),
@@ -289,6 +324,14 @@ impl GpuFalls {
             stream_count: plan.streams.len() as u32,
             uniform,
             drawn,
+            occlusion: falls.leaf_occlusion.then(|| {
+                let sights = wgpu::BufferBinding {
+                    buffer: &slot_buffer,
+                    offset: sight_bytes,
+                    size: std::num::NonZero::new(watched * 4 + 16),
+                };
+                renderer.falls.occlusion(device, renderer, &sights)
+            }),
             counters,
             arguments,
             bind_group,
@@ -311,6 +354,34 @@ impl GpuFalls {
     fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, tally: u64, to: u64) {
         let from = (5 * self.bins.len() as u64 + tally) * 4;
         encoder.copy_buffer_to_buffer(&self.counters, from, &self.landings, to, 4);
+    }
+
+    /// Where a list's draws have their indirect arguments among the counters, bytes.
+    pub fn arguments_of(&self, list: List, bin: usize) -> u64 {
+        let bins = self.bins.len() as u64;
+        let first = match list {
+            List::Plain => 0,
+            _ => 5 * bins * list as u64 + TALLIES as u64,
+        };
+        (first + 5 * bin as u64) * 4
+    }
+
+    /// A list's leaves of a bin.
+    pub fn leaves_of(&self, list: List, bin: &Bin) -> wgpu::BufferSlice<'_> {
+        let size = size_of::<LooseLeaf>() as u64;
+        let first = u64::from(self.frame.slot_count) * list as u64 + u64::from(bin.first);
+        self.drawn.slice(first * size..(first + u64::from(bin.count)) * size)
+    }
+
+    /// Where the tallies of tested and of skipped leaves are among the counters, bytes.
+    pub fn sight_tallies(&self) -> u64 {
+        (5 * self.bins.len() as u64 + 10) * 4
+    }
+
+    /// For each leaf of a bin that is tested its slot.
+    pub fn tested_slots(&self, bin: &Bin) -> wgpu::BufferSlice<'_> {
+        let first = 15 * self.bins.len() as u64 + TALLIES as u64 + u64::from(bin.first);
+        self.counters.slice(first * 4..(first + u64::from(bin.count)) * 4)
     }
 
     /// The uniforms of a moment.

@@ -139,20 +139,11 @@ impl GpuForest {
         let list_uniform = Cull::uniform(device);
         let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
-        let listed = (falls.strategy != Strategy::Compute).then(|| {
-            let passes = &renderer.listed;
-            ListedFalls::new(device, queue, passes, trees, &uniforms, forest, falls)
-        });
+        let listed = (falls.strategy != Strategy::Compute)
+            .then(|| ListedFalls::new(device, queue, renderer, trees, &uniforms, forest, falls));
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
-        let falls = GpuFalls::new(
-            device,
-            &renderer.falls.layout,
-            trees,
-            &uniforms,
-            forest,
-            on_gpu,
-            &list_uniform,
-        );
+        let falls =
+            GpuFalls::new(device, renderer, trees, &uniforms, forest, on_gpu, &list_uniform);
         let lists =
             renderer.cull.lists(device, &gpu_trees, &uniforms, list_uniform, &falls.uniform);
         let mut totals = FrameStats::default();

@@ -2,7 +2,8 @@
 
 use crate::arena::{Arena, GRAIN, Region, Upload};
 use crate::falls::{Bin, Falls, LeafRecords, Plan, ShapeVertex, tables};
-use crate::pass::ListedPasses;
+use crate::pass::{ListedOcclusion, ListedPasses};
+use crate::renderer::Renderer;
 use crate::roster::{Roster, Tally};
 use crate::shared::{FallFrame, FallingLeaf, Model};
 use crate::strategy::Strategy;
@@ -32,6 +33,7 @@ pub(crate) struct ListedFalls {
     pub uniform: wgpu::Buffer,
     pub tables_group: wgpu::BindGroup,
     pub posed: Posed,
+    pub occlusion: Option<ListedOcclusion>,
     /// For each bin the vertices of its shape, where the shape is in the tables, its indices.
     shapes: Vec<(u32, u32, Vec<u32>)>,
     frame: FallFrame,
@@ -79,7 +81,7 @@ impl ListedFalls {
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        passes: &ListedPasses,
+        renderer: &Renderer,
         trees: &[Tree],
         models: &[Model],
         forest: &Forest,
@@ -104,6 +106,7 @@ impl ListedFalls {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let passes = &renderer.listed;
         let tables_group = passes.tables_group(device, &uniform, &table_view(device, queue, table));
         let index_counts = shapes.iter().map(|s| s.2.len() as u32).collect();
         let roster = Roster::new(device, plan, records, models, forest, falls);
@@ -115,6 +118,9 @@ impl ListedFalls {
             uniform,
             tables_group,
             posed: Posed::Nothing,
+            occlusion: falls
+                .leaf_occlusion
+                .then(|| passes.occlusion(device, renderer, falls.strategy, 1)),
             shapes,
             frame,
             device: device.clone(),
@@ -134,8 +140,13 @@ impl ListedFalls {
         self.roster.update(view.time, view.season);
         let frame = FallFrame { time: view.time, show: view.show as u32, ..self.frame };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
-        self.roster.litter.upload(&self.device, queue);
-        let changed = self.roster.falling.upload(&self.device, queue);
+        self.roster.litter.upload(&self.device, queue, |_| {});
+        let occlusion = &self.occlusion;
+        let changed = self.roster.falling.upload(&self.device, queue, |places| {
+            if let Some(occlusion) = occlusion {
+                occlusion.forget(queue, places);
+            }
+        });
         if changed == Upload::All {
             self.make_room(passes);
         }
@@ -155,6 +166,9 @@ impl ListedFalls {
         let device = &self.device;
         let falling = &self.roster.falling;
         let leaf_rows = falling.capacity().max(GRAIN) / GRAIN;
+        if let Some(occlusion) = &mut self.occlusion {
+            occlusion.make_room(device, leaf_rows);
+        }
         self.posed = match self.strategy {
             Strategy::Vertex | Strategy::Compute => Posed::Nothing,
             Strategy::Fragment => {
@@ -327,7 +341,7 @@ fn init(device: &wgpu::Device, words: &[u32], usage: wgpu::BufferUsages) -> wgpu
     })
 }
 
-fn texture(
+pub(crate) fn texture(
     device: &wgpu::Device,
     label: &str,
     format: wgpu::TextureFormat,

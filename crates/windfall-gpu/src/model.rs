@@ -336,8 +336,7 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
         wood_levels: levels.len() as u32,
         wood_errors,
         normal_squares: Vec4::new(normals.x_axis.x, normals.y_axis.y, normals.z_axis.z, 0.0),
-        normal_products: 2.0
-            * Vec4::new(normals.x_axis.y, normals.y_axis.z, normals.z_axis.x, 0.0),
+        normal_products: 2.0 * Vec4::new(normals.x_axis.y, normals.y_axis.z, normals.z_axis.x, 0.0),
         ..Crown::zeroed()
     }
 }

@@ -2,16 +2,17 @@
 
 use crate::cull::{CpuList, LISTS, VIEWS};
 use crate::forest::{FrameStats, GpuForest, TreeCounts};
+use crate::listed::ListedFalls;
 use crate::model::part_layout;
 use crate::pass::hiz::Pyramid;
 use crate::pass::shadow::{self, CASCADES, Shadows};
 use crate::pass::sky::{SkyLight, SkyPicture, sky_texture};
 use crate::pass::{
-    Cull, DrawTarget, Falls, Grass, Ground, HiZ, Leaves, ListedPasses, ListedTrees, Shaders,
-    SkyDome, ToneMap, Wood,
+    Cull, DrawTarget, Falls, Grass, Ground, HiZ, Leaves, ListedOcclusion, ListedPasses,
+    ListedTrees, Shaders, SkyDome, ToneMap, Wood,
 };
 use crate::shared::{CullFrame, Frame, TreeList};
-use crate::view::{Culling, Sky, View};
+use crate::view::{Culling, Show, Sky, View};
 use bytemuck::Zeroable;
 use glam::{Vec3, Vec4};
 use std::sync::{Mutex, PoisonError};
@@ -160,16 +161,35 @@ impl Canvas {
         self.height
     }
 
-    /// Begins to draw radiance with depth: from nothing or over what is there; after the last pass
-    /// nobody asks for the depth.
+    /// Begins to draw against the finished depth, which stays as it is.
+    fn begin_counting<'a>(
+        &self,
+        scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
+    ) -> OwningScope<'a, wgpu::RenderPass<'a>> {
+        scope.scoped_render_pass(
+            "count leaves",
+            wgpu::RenderPassDescriptor {
+                label: Some("count leaves"),
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &self.depth,
+                    depth_ops: None,
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            },
+        )
+    }
+
+    /// Begins to draw radiance with depth: from nothing or over what is there. Depth is kept where
+    /// somebody will ask for it.
     fn begin<'a>(
         &self,
         scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
         label: &str,
         first: bool,
-        last: bool,
+        keep_depth: bool,
     ) -> OwningScope<'a, wgpu::RenderPass<'a>> {
-        let store = if last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
+        let store_depth = if keep_depth { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
         let color =
             if first { wgpu::LoadOp::Clear(wgpu::Color::BLACK) } else { wgpu::LoadOp::Load };
         let depth = if first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
@@ -185,13 +205,18 @@ impl Canvas {
                 })],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &self.depth,
-                    depth_ops: Some(wgpu::Operations { load: depth, store }),
+                    depth_ops: Some(wgpu::Operations { load: depth, store: store_depth }),
                     stencil_ops: None,
                 }),
                 ..Default::default()
             },
         )
     }
+}
+
+/// Leaves that the CPU lists, with leaf occlusion.
+fn listed_occlusion(listed: Option<&ListedFalls>) -> Option<(&ListedFalls, &ListedOcclusion)> {
+    listed.and_then(|listed| Some((listed, listed.occlusion.as_ref()?)))
 }
 
 /// What the frame's lists of trees are of.
@@ -314,6 +339,11 @@ impl Renderer {
             FrameGroup::new(device, layout, &self.shadows.view, sampler, skies, &self.sky_sampler);
         self.sky_picture = Some(picture);
         *self.sky_light.get_mut().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// What pipelines are made of.
+    pub(crate) fn shaders<'a>(&'a self, device: &'a wgpu::Device) -> Shaders<'a> {
+        Shaders { device, frame_layout: &self.frame_layout }
     }
 
     pub(crate) fn grass_layout(&self) -> &wgpu::BindGroupLayout {
@@ -446,9 +476,16 @@ impl Renderer {
             stats.leaves_checked = tally.checked;
         }
 
+        let listed = listed.as_deref();
+        let watched = falls.occlusion.is_some() || listed_occlusion(listed).is_some();
         let mut scope = profiler.scope("frame", encoder);
-        if let Some(listed) = &listed {
-            self.listed.pose(&mut scope.scope("falls"), &self.frame.group, listed);
+        if let Some(listed) = listed {
+            let mut scope = scope.scope("falls");
+            if let Some(occlusion) = &listed.occlusion {
+                let tallies = (&falls.counters, falls.sight_tallies());
+                occlusion.watch(&mut scope, &self.frame.group, &listed.roster.falling, tallies);
+            }
+            self.listed.pose(&mut scope, &self.frame.group, listed);
         } else {
             let mut pass = scope.scoped_compute_pass("cull");
             pass.set_bind_group(0, &self.frame.group, &[]);
@@ -494,7 +531,7 @@ impl Renderer {
             self.leaves.draw(&mut pass, forest, leaves(i + 1), fade, DrawTarget::Shadow);
             // What lies or falls farther away is too small to shade anything.
             if i < 2 {
-                if let Some(listed) = &listed {
+                if let Some(listed) = listed {
                     self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Shadow);
                 } else {
                     self.falls.draw_shadow(&mut pass, forest);
@@ -507,7 +544,7 @@ impl Renderer {
         if occlusion {
             // What the frame before did not hide, and the ground, hide the rest of this frame.
             {
-                let mut pass = canvas.begin(&mut scope, "visible before", true, false);
+                let mut pass = canvas.begin(&mut scope, "visible before", true, true);
                 pass.set_bind_group(0, &self.frame.group, &[]);
                 if !alone {
                     self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
@@ -532,7 +569,7 @@ impl Renderer {
             self.cull.make_hidden(&mut pass, gpu, &canvas.pyramid);
         }
         {
-            let mut pass = canvas.begin(&mut scope, "forest", !occlusion, true);
+            let mut pass = canvas.begin(&mut scope, "forest", !occlusion, watched);
             pass.set_bind_group(0, &self.frame.group, &[]);
             if !alone {
                 self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
@@ -544,7 +581,7 @@ impl Renderer {
                 fade,
                 DrawTarget::Radiance,
             );
-            if let Some(listed) = &listed {
+            if let Some(listed) = listed {
                 let mut pass = pass.scope("loose leaves");
                 self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Radiance);
             } else {
@@ -558,6 +595,22 @@ impl Renderer {
             }
             if !alone {
                 self.sky.draw(&mut pass.scope("sky"));
+            }
+            if view.show == Show::Occlusion {
+                if let Some((listed, occlusion)) = listed_occlusion(listed) {
+                    occlusion.show_skipped(&mut pass, &forest.models, listed);
+                } else if let Some(occlusion) = &falls.occlusion {
+                    occlusion.show_skipped(&mut pass, forest);
+                }
+            }
+        }
+        if watched {
+            let mut pass = canvas.begin_counting(&mut scope);
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            if let Some((listed, occlusion)) = listed_occlusion(listed) {
+                occlusion.count(&mut pass, &forest.models, listed, &canvas.depth);
+            } else if let Some(occlusion) = &falls.occlusion {
+                occlusion.count(&mut pass, forest, &canvas.depth);
             }
         }
         let mut pass = scope.scoped_render_pass(

@@ -457,8 +457,8 @@ gpu_struct! {
         pub slot_count: u32,
         /// Draws: one for each model and shape.
         pub bin_count: u32,
-        /// Unused.
-        pub padding2: u32,
+        /// Where the sights of leaf occlusion begin among the slots, in vectors.
+        pub sight_first: u32,
         /// Unused.
         pub padding3: u32,
         /// Where the tables' sections begin, in vectors.

@@ -179,12 +179,16 @@ pub enum Show {
     Leaves = 3,
     /// What leaves cover: white on black, neither lit nor tone mapped.
     Coverage = 4,
+    /// What leaf occlusion does with leaves in the air: those that are drawn in green, those that are
+    /// tested in blue, those that are skipped in red, before everything. The picture for a forest without
+    /// [`crate::Falls::leaf_occlusion`].
+    Occlusion = 5,
 }
 
 impl Show {
     /// Each of them.
-    pub const ALL: [Self; 5] =
-        [Self::Picture, Self::Laps, Self::Detail, Self::Leaves, Self::Coverage];
+    pub const ALL: [Self; 6] =
+        [Self::Picture, Self::Laps, Self::Detail, Self::Leaves, Self::Coverage, Self::Occlusion];
 
     /// Its name on command lines.
     pub fn name(self) -> &'static str {
@@ -194,6 +198,7 @@ impl Show {
             Self::Detail => "detail",
             Self::Leaves => "leaves",
             Self::Coverage => "coverage",
+            Self::Occlusion => "occlusion",
         }
     }
 

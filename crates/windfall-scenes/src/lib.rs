@@ -93,6 +93,10 @@ pub struct Scene {
     /// When landed leaves become static geometry: `off`, `progressive` or `scheduled`.
     #[serde(default = "defaults::elimination")]
     pub elimination: String,
+    /// Whether leaves in the air that are not seen are skipped for some frames. Frames then depend a
+    /// little on those that were drawn before.
+    #[serde(default)]
+    pub leaf_occlusion: bool,
     /// Leaves that detach at a moment of their own, beside those of the season.
     #[serde(default)]
     pub events: Vec<EventEntry>,

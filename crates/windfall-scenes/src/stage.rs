@@ -120,6 +120,7 @@ impl Scene {
             capacity: self.loose_leaves,
             strategy: self.strategy.parse().unwrap_or_default(),
             elimination: self.elimination.parse().unwrap_or_default(),
+            leaf_occlusion: self.leaf_occlusion,
             events: self
                 .events
                 .iter()

@@ -3,13 +3,14 @@
 use super::bare::Bare;
 use super::plots::{self, Line};
 use super::soak::{self, Soak};
-use super::stand::Easel;
+use super::stand::{Easel, Measured};
 use super::{Spread, line};
 use crate::gpu::Gpu;
 use crate::render::parse_size;
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
@@ -33,6 +34,9 @@ pub struct Args {
     /// Measured frames of each kind
     #[arg(long, value_name = "N", default_value_t = 15)]
     frames: u32,
+    /// Frames of the walk of part a from one measured frame to the next
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    stride: u32,
     /// Size of the picture
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "320x180")]
     size: (u32, u32),
@@ -42,6 +46,11 @@ pub struct Args {
     /// Leaves thrown each second in part a, from time 0 on, instead of --falling
     #[arg(long, value_name = "N", conflicts_with = "falling")]
     throw_rate: Option<f32>,
+    /// Strategies of part a, with commas between them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_values_t = [
+        Strategy::Compute, Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer,
+    ])]
+    strategies: Vec<Strategy>,
     /// Moment of the first measured frame in part a, seconds
     #[arg(long, value_name = "S", default_value_t = 8.0)]
     start: f32,
@@ -74,14 +83,26 @@ struct Report {
 
 #[derive(Serialize)]
 struct StrategyRow {
+    /// That it was measured with, in turns.
+    strategy: String,
     name: String,
     wall_ms: Spread,
     gpu_ms: Spread,
-    /// Against the frame of the same moment in which no leaf moves.
+    /// Against the frame of the same moment with as many leaves on the twigs, and no others.
     ratio: Spread,
+    /// Against the frame of the same moment in which all leaves hang, as VB compare.
+    ratio_to_full: Spread,
     /// Frames at the end over frames at the beginning, fifths of the run.
     drift: f64,
+    /// Leaves in the air and on the ground in the last frame; of those, in the CPU's list.
+    falling: u64,
+    landed: u64,
     listed: u64,
+    /// Of the last frame.
+    tested: u32,
+    skipped: u32,
+    /// Medians of the passes on the GPU, milliseconds.
+    passes_ms: BTreeMap<String, f64>,
     /// Milliseconds of each frame, wall clock.
     frames_ms: Vec<f64>,
 }
@@ -110,6 +131,13 @@ struct Counts {
     pose_r2: f64,
     frame_ns_per_leaf: f64,
     frame_r2: f64,
+}
+
+impl Args {
+    /// When a frame of part a is, warming up included.
+    fn seconds(&self, frame: u32) -> f32 {
+        self.start + (frame * self.stride) as f32 / 30.0
+    }
 }
 
 /// Runs `windfall bench falling`.
@@ -150,18 +178,20 @@ fn plot(folder: &Path, args: &Args, report: &Report) -> anyhow::Result<()> {
         let path = folder.join(name);
         std::fs::write(&path, svg).with_context(|| format!("{}", path.display()))
     };
-    if !report.strategies.is_empty() {
-        let lines = report.strategies.iter().map(|row| Line {
+    for rows in report.strategies.chunk_by(|a, b| a.strategy == b.strategy) {
+        let lines = rows.iter().map(|row| Line {
             name: row.name.clone(),
             points: row
                 .frames_ms
                 .iter()
                 .enumerate()
-                .map(|(i, &ms)| (f64::from(args.start) + i as f64 / 30.0, ms))
+                .map(|(i, &ms)| (f64::from(args.seconds(WARM_UP + i as u32)), ms))
                 .collect(),
         });
-        let title = "Frame cost over the walk";
-        write("walk.svg", plots::lines(title, "s", "ms", &lines.collect::<Vec<_>>(), false)?)?;
+        let strategy = &rows[0].strategy;
+        let title = format!("Frame cost over the walk, {strategy}");
+        let svg = plots::lines(&title, "s", "ms", &lines.collect::<Vec<_>>(), false)?;
+        write(&format!("walk-{strategy}.svg"), svg)?;
     }
     if let Some(counts) = &report.counts {
         let line = |name: &str, get: fn(&(u64, f64, f64)) -> f64| Line {
@@ -215,6 +245,32 @@ fn walk(stage: &Stage, time: f32) -> View {
     view(eye, Vec3::new(0.0, 5.5, 0.0), time)
 }
 
+/// Medians of the passes.
+fn medians(measured: &[Measured]) -> BTreeMap<String, f64> {
+    let names = measured.iter().flat_map(|m| m.gpu.keys());
+    let median = |name: &String| {
+        let times: Vec<f64> = measured.iter().filter_map(|m| m.gpu.get(name).copied()).collect();
+        Spread::of(&times).median
+    };
+    names.map(|name| (name.clone(), median(name))).collect()
+}
+
+/// What a strategy is measured with: elimination, and leaf occlusion (VB 6.3).
+fn kinds_of(strategy: Strategy, occlusion: bool) -> Vec<(Elimination, bool)> {
+    let mut kinds = match strategy {
+        Strategy::Compute => vec![(Elimination::Scheduled, false), (Elimination::Scheduled, true)],
+        _ => vec![
+            (Elimination::Scheduled, false),
+            (Elimination::Scheduled, true),
+            (Elimination::PROGRESSIVE, false),
+            (Elimination::Off, false),
+            (Elimination::Off, true),
+        ],
+    };
+    kinds.retain(|&(_, needs)| occlusion || !needs);
+    kinds
+}
+
 fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<StrategyRow>> {
     let mut stage = grove();
     let rate = match args.throw_rate {
@@ -224,84 +280,107 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         }
         None => stage.keep_falling(args.falling),
     };
-    // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
-    let bare = Falls { capacity: 0, ..stage.falls.clone() };
-    let mut kinds: Vec<(String, GpuForest)> = vec![
-        ("none moving".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
-        ("moving ones not drawn".to_owned(), easel.forest(gpu, &stage, &bare)),
-    ];
-    for strategy in
-        [Strategy::Compute, Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer]
-    {
-        let eliminations: &[Elimination] = match strategy {
-            Strategy::Compute => &[Elimination::Scheduled],
-            _ => &Elimination::ALL,
-        };
-        for &elimination in eliminations.iter().rev() {
-            let falls = Falls { strategy, elimination, ..stage.falls.clone() };
-            let name = match strategy {
-                Strategy::Compute => strategy.to_string(),
-                _ => format!("{strategy}, elimination {elimination}"),
-            };
-            kinds.push((name, easel.forest(gpu, &stage, &falls)));
-        }
-    }
-    let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
-    for frame in 0..WARM_UP + args.frames {
-        let time = args.start + frame as f32 / 30.0;
-        for (kind, measured) in kinds.iter().zip(&mut frames) {
-            let result = easel.frame(gpu, &kind.1, &walk(&stage, time))?;
-            if frame >= WARM_UP {
-                measured.push(result);
-            }
-        }
-    }
-    let last = |kind: usize| &frames[kind][frames[kind].len() - 1].stats;
-    println!(
-        "\n(a) {} trees, {} triangles, {:.0} leaves thrown a second; at the end {} in the air, {} \
-         landed",
-        last(0).trees,
-        last(0).triangles_full,
-        rate,
-        last(3).leaves_falling,
-        last(3).leaves_landed,
-    );
+    println!("\n(a) {} leaves of 7 trees, {rate:.0} thrown a second", stage.leaf_count());
     println!(
         "{} frames of each from {} s on, in turns; medians (quartiles), ms; wall clock from the \
          first call to the end of the GPU's work, and timestamps",
         args.frames, args.start
     );
     println!(
-        "{:<38}{:>24}{:>24}{:>20}{:>8}{:>9}",
-        "", "wall", "GPU", "over none moving", "drift", "listed"
+        "cost: over the same trees with the same leaves on their twigs and none that have left them; \
+         over full: over trees that keep all their leaves"
     );
-    let still: Vec<f64> = frames[0].iter().map(|m| m.wall).collect();
+    println!(
+        "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
+        "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
+    );
+    // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
+    let bare = Falls { capacity: 0, ..stage.falls.clone() };
     let mut rows = Vec::new();
-    for (kind, measured) in kinds.iter().zip(&frames) {
+    // One strategy after the other, each beside the trees alone: the more pipelines are in use at a
+    // time, the more of them a driver may drop and make again in each frame.
+    for &strategy in &args.strategies {
+        let mut kinds: Vec<(String, GpuForest)> = vec![
+            ("none moving, none loose".to_owned(), easel.forest(gpu, &stage, &bare)),
+            ("none moving, in full".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
+        ];
+        for (elimination, leaf_occlusion) in kinds_of(strategy, gpu.fragment_stores) {
+            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
+            let name = match strategy {
+                Strategy::Compute => strategy.to_string(),
+                _ => format!("{strategy}, elimination {elimination}"),
+            };
+            let name = if leaf_occlusion { name + ", occlusion" } else { name };
+            kinds.push((name, easel.forest(gpu, &stage, &falls)));
+        }
+        let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
+        for frame in 0..WARM_UP + args.frames {
+            let view = walk(&stage, args.seconds(frame));
+            for (kind, measured) in kinds.iter().zip(&mut frames) {
+                let result = easel.frame(gpu, &kind.1, &view)?;
+                if frame >= WARM_UP {
+                    measured.push(result);
+                }
+            }
+        }
+        let [still, full] = [0, 1].map(|k| frames[k].iter().map(|m| m.wall).collect::<Vec<f64>>());
+        rows.extend(
+            kinds.into_iter().zip(&frames).map(|(kind, measured)| {
+                StrategyRow::new(strategy, kind.0, measured, [&still, &full])
+            }),
+        );
+    }
+    Ok(rows)
+}
+
+impl StrategyRow {
+    /// Of measured frames, and those of the same moments in which no leaf moves; prints it.
+    fn new(
+        strategy: Strategy,
+        name: String,
+        measured: &[Measured],
+        [still, full]: [&[f64]; 2],
+    ) -> Self {
         let wall: Vec<f64> = measured.iter().map(|m| m.wall).collect();
         let on_gpu: Vec<f64> =
             measured.iter().filter_map(|m| m.gpu.get("frame").copied()).collect();
-        let ratios: Vec<f64> = wall.iter().zip(&still).map(|(a, b)| a / b).collect();
+        let over = |of: &[f64]| wall.iter().zip(of).map(|(a, b)| a / b).collect::<Vec<f64>>();
+        let ratios = over(still);
         let fifth = (ratios.len() / 5).max(1);
         let drift = Spread::of(&ratios[ratios.len() - fifth..]).median
             / Spread::of(&ratios[..fifth]).median;
-        let stats = &measured[measured.len() - 1].stats;
-        let row = StrategyRow {
-            name: kind.0.clone(),
+        let last = &measured[measured.len() - 1];
+        let (stats, counts) = (&last.stats, &last.counts);
+        let row = Self {
+            strategy: strategy.to_string(),
+            name,
             wall_ms: Spread::of(&wall),
             gpu_ms: Spread::of(&on_gpu),
             ratio: Spread::of(&ratios),
+            ratio_to_full: Spread::of(&over(full)),
             drift,
+            falling: stats.leaves_falling + u64::from(counts.falling),
+            landed: stats.leaves_landed + u64::from(counts.landed),
             listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            tested: counts.tested,
+            skipped: counts.skipped,
+            passes_ms: medians(measured),
             frames_ms: wall,
         };
         println!(
-            "{:<38}{:>24}{:>24}{:>20}{:>8.2}{:>9}",
-            row.name, row.wall_ms, row.gpu_ms, row.ratio, row.drift, row.listed
+            "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
+            row.name,
+            row.wall_ms,
+            row.gpu_ms,
+            row.ratio,
+            row.ratio_to_full,
+            row.drift,
+            row.listed,
+            row.tested,
+            row.skipped
         );
-        rows.push(row);
+        row
     }
-    Ok(rows)
 }
 
 /// `count` leaves of one shape, thrown between four and two seconds before time 0: nearly all in the air.

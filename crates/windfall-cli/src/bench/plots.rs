@@ -3,7 +3,9 @@
 use anyhow::{Result, anyhow};
 use plotters::prelude::*;
 
-const SIZE: (u32, u32) = (1000, 600);
+const SIZE: (u32, u32) = (1200, 600);
+/// Width of the chart; the rest is the legend's.
+const CHART: u32 = 860;
 
 #[expect(clippy::needless_pass_by_value, reason = "the signature of map_err")]
 fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
@@ -30,7 +32,8 @@ pub fn lines(title: &str, x: &str, y: &str, lines: &[Line], log: bool) -> Result
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE).map_err(failed)?;
-        let mut chart = ChartBuilder::on(&root)
+        let (area, legend) = root.split_horizontally(CHART);
+        let mut chart = ChartBuilder::on(&area)
             .caption(title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(40)
@@ -51,18 +54,13 @@ pub fn lines(title: &str, x: &str, y: &str, lines: &[Line], log: bool) -> Result
         for (i, line) in lines.iter().enumerate() {
             let color = Palette99::pick(i).to_rgba();
             let points = line.points.iter().map(|&(x, y)| (scale(x), scale(y)));
-            chart
-                .draw_series(LineSeries::new(points, color.stroke_width(2)))
-                .map_err(failed)?
-                .label(&line.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color));
+            chart.draw_series(LineSeries::new(points, color.stroke_width(2))).map_err(failed)?;
+            let y = 48 + 20 * i as i32;
+            let key = PathElement::new([(8, y), (30, y)], color.stroke_width(2));
+            legend.draw(&key).map_err(failed)?;
+            let name = Text::new(line.name.as_str(), (38, y - 6), ("sans-serif", 13));
+            legend.draw(&name).map_err(failed)?;
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.2))
-            .draw()
-            .map_err(failed)?;
         root.present().map_err(failed)?;
     }
     Ok(svg)

@@ -233,13 +233,24 @@ impl PathTables {
         let offset = positions[from] - turn * positions[to];
         let before = first_sample as usize + from - blend - 1;
         let mut previous = Quat::from_array(self.samples[before].orientation);
+        let own = |i: usize| i.min(positions.len() - 1);
+        // From each sample's own orientation to the continuation's, found backwards from the joint, where
+        // the two are near: what is between them may grow past half a turn and has to stay the same way
+        // round, or the leaf would flip over in one sample.
+        let mut to_continuation: Vec<Quat> = Vec::with_capacity(blend + 2);
+        for i in (from - blend..=from + 1).rev() {
+            let between = turn * orientations[to + i - from] * orientations[own(i)].conjugate();
+            let after = to_continuation.last().copied().unwrap_or(Quat::IDENTITY);
+            to_continuation.push(if between.dot(after) < 0.0 { -between } else { between });
+        }
         for i in from - blend..=from + 1 {
             let x = (i + blend - from) as f32 / (blend - 1).max(1) as f32;
             let w = if i + 1 >= from { 1.0 } else { x * x * (3.0 - 2.0 * x) };
             let c = to + i - from; // at least 0: blend <= to
-            let own = i.min(positions.len() - 1);
+            let own = own(i);
             let position = self.snapped(positions[own].lerp(offset + turn * positions[c], w));
-            let mut orientation = orientations[own].slerp(turn * orientations[c], w).normalize();
+            let between = to_continuation[from + 1 - i];
+            let mut orientation = (part_of(between, w) * orientations[own]).normalize();
             if orientation.dot(previous) < 0.0 {
                 orientation = -orientation;
             }
@@ -306,6 +317,13 @@ impl PathTables {
         let spin = (dq * q.conjugate()).xyz() * (2.0 / q.length_squared().max(1e-6));
         (v, spin)
     }
+}
+
+/// A part of a rotation, the way round that its quaternion's sign says: of up to a whole turn.
+fn part_of(q: Quat, part: f32) -> Quat {
+    let sine = q.xyz().length();
+    let half = sine.atan2(q.w) * part;
+    Quat::from_vec4((q.xyz() * (half.sin() / sine.max(1e-9))).extend(half.cos()))
 }
 
 /// A rotation as multiples of 1/32767.

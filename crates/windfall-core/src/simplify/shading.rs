@@ -125,8 +125,10 @@ mod tests {
             let sum: f32 = seen.iter().sum();
             for light in [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.0, 0.3, 0.954)] {
                 let cosines = foliage.leaves.iter().zip(&seen);
-                let exact =
-                    cosines.map(|(l, s)| s * (l.orientation * Vec3::Y).dot(light).abs()).sum::<f32>() / sum;
+                let exact = cosines
+                    .map(|(l, s)| s * (l.orientation * Vec3::Y).dot(light).abs())
+                    .sum::<f32>()
+                    / sum;
                 let found = shading.mean_cosine(light);
                 assert!((found / exact - 1.0).abs() < 0.1, "{species} {light}: {found}, {exact}");
             }

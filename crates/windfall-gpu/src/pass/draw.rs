@@ -25,6 +25,10 @@ pub(crate) struct Draw<'a> {
 pub(crate) enum DrawTarget {
     /// The multisampled radiance, with depth.
     Radiance,
+    /// The multisampled radiance, before everything that is there.
+    Front,
+    /// The multisampled depth, which stays as it is: only the fragments' stores count.
+    Stores,
     /// A shadow map: depth alone, 0 nearest to the sun.
     Shadow,
     /// A picture of this format, without depth.
@@ -50,6 +54,8 @@ impl Shaders<'_> {
         });
         let (color, depth) = match draw.target {
             DrawTarget::Radiance => (Some(RADIANCE), Some(wgpu::CompareFunction::GreaterEqual)),
+            DrawTarget::Front => (Some(RADIANCE), Some(wgpu::CompareFunction::Always)),
+            DrawTarget::Stores => (None, Some(wgpu::CompareFunction::Always)),
             DrawTarget::Shadow => (None, Some(wgpu::CompareFunction::LessEqual)),
             DrawTarget::Picture(format) => (Some(format), None),
         };
@@ -68,13 +74,16 @@ impl Shaders<'_> {
             primitive: wgpu::PrimitiveState { cull_mode: draw.cull, ..Default::default() },
             depth_stencil: depth.map(|compare| wgpu::DepthStencilState {
                 format: DEPTH,
-                depth_write_enabled: Some(true),
+                depth_write_enabled: Some(compare != wgpu::CompareFunction::Always),
                 depth_compare: Some(compare),
                 stencil: wgpu::StencilState::default(),
                 bias: wgpu::DepthBiasState::default(),
             }),
             multisample: wgpu::MultisampleState {
-                count: if draw.target == DrawTarget::Radiance { SAMPLES } else { 1 },
+                count: match draw.target {
+                    DrawTarget::Radiance | DrawTarget::Front | DrawTarget::Stores => SAMPLES,
+                    DrawTarget::Shadow | DrawTarget::Picture(_) => 1,
+                },
                 mask: !0,
                 alpha_to_coverage_enabled: draw.alpha_to_coverage,
             },

@@ -4,7 +4,7 @@ use super::{
     Shaders, compose,
     draw::{Draw, DrawTarget},
 };
-use crate::falls::{GROUP, GpuFalls, ShapeVertex};
+use crate::falls::{GROUP, GpuFalls, List, ShapeVertex};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
 
@@ -21,12 +21,13 @@ pub(crate) struct Falls {
     masked_shadow: wgpu::RenderPipeline,
 }
 
-const SHARED: [&str; 5] = [
+const SHARED: [&str; 6] = [
     include_str!("../../shaders/shared/simplify.wgsl"),
     include_str!("../../shaders/shared/tables.wgsl"),
     include_str!("../../shaders/shared/shed.wgsl"),
     include_str!("../../shaders/shared/pose.wgsl"),
     include_str!("../../shaders/shared/loose.wgsl"),
+    include_str!("../../shaders/shared/sight.wgsl"),
 ];
 
 fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
@@ -56,44 +57,58 @@ fn dispatch(pass: &mut wgpu::ComputePass<'_>, groups: u32) {
     pass.dispatch_workgroups(groups.min(ROW), groups.div_ceil(ROW), 1);
 }
 
+/// Posed leaves, an instance each.
+pub(super) const LEAF: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: size_of::<LooseLeaf>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![
+        3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32
+    ],
+};
+
+/// A kernel of `shaders/falls.wgsl`, with leaf occlusion or without.
+pub(super) fn kernel(
+    shaders: &Shaders<'_>,
+    layout: &wgpu::BindGroupLayout,
+    label: &str,
+    occlusion: bool,
+) -> wgpu::ComputePipeline {
+    let device = shaders.device;
+    let falls = include_str!("../../shaders/falls.wgsl");
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(compose(&[&SHARED[..], &[falls]].concat()).into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &[Some(shaders.frame_layout), Some(layout)],
+        immediate_size: 0,
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(label),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(label),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &[("occlusion", f64::from(u8::from(occlusion)))],
+            ..Default::default()
+        },
+        cache: None,
+    })
+}
+
 impl Falls {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
         let device = shaders.device;
         let layout_falls =
             layout(device, "falls", &[false, false, false, false, false, true, true, true]);
-        let compute = |label: &str, source: &str, shared: &[&str], group: &_| {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(compose(&[shared, &[source]].concat()).into()),
-            });
-            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: &[Some(shaders.frame_layout), Some(group)],
-                immediate_size: 0,
-            });
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(label),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        };
-        let falls = include_str!("../../shaders/falls.wgsl");
-        let leaf = wgpu::VertexBufferLayout {
-            array_stride: size_of::<LooseLeaf>() as u64,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![
-                3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32
-            ],
-        };
+        let compute = |label| kernel(shaders, &layout_falls, label, false);
         let draw = |label, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
                 groups: &[part_layout],
-                buffers: &[ShapeVertex::LAYOUT, leaf.clone()],
+                buffers: &[ShapeVertex::LAYOUT, LEAF],
                 cull: None,
                 vertex: "loose",
                 fragment,
@@ -103,11 +118,11 @@ impl Falls {
             })
         };
         Self {
-            windows: compute("windows", falls, &SHARED, &layout_falls),
-            find: compute("find", falls, &SHARED, &layout_falls),
-            land: compute("land", falls, &SHARED, &layout_falls),
-            pose: compute("pose", falls, &SHARED, &layout_falls),
-            change: compute("change", falls, &SHARED, &layout_falls),
+            windows: compute("windows"),
+            find: compute("find"),
+            land: compute("land"),
+            pose: compute("pose"),
+            change: compute("change"),
             solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
             masked: draw("masked loose leaves", Some("masked"), true, DrawTarget::Radiance),
             solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow),
@@ -133,52 +148,58 @@ impl Falls {
     /// Finds where they will land.
     pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
-        pass.set_pipeline(&self.land);
+        pass.set_pipeline(falls.occlusion.as_ref().map_or(&self.land, |o| &o.land));
         pass.dispatch_workgroups_indirect(&falls.landings, 0);
     }
 
     /// Poses the leaves that leave their twigs, settle, or vanish.
     pub fn change(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
-        pass.set_pipeline(&self.change);
+        pass.set_pipeline(falls.occlusion.as_ref().map_or(&self.change, |o| &o.change));
         pass.dispatch_workgroups_indirect(&falls.landings, 12);
     }
 
     /// Poses the loose leaves that fly or lie, and gathers those in view.
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
-        pass.set_pipeline(&self.pose);
+        pass.set_pipeline(falls.occlusion.as_ref().map_or(&self.pose, |o| &o.pose));
         dispatch(pass, falls.group_count);
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
-        Self::draw_bins(pass, forest, &self.solid, &self.masked);
+        let lists = [List::Plain, List::Tested];
+        let lists = if forest.falls.occlusion.is_some() { &lists[..] } else { &lists[..1] };
+        draw_lists(pass, forest, lists, &self.solid, &self.masked);
     }
 
+    /// What the camera does not see may yet cast shadows.
     pub fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>, forest: &GpuForest) {
-        Self::draw_bins(pass, forest, &self.solid_shadow, &self.masked_shadow);
+        let lists = [List::Plain, List::Tested, List::Skipped];
+        let lists = if forest.falls.occlusion.is_some() { &lists[..] } else { &lists[..1] };
+        draw_lists(pass, forest, lists, &self.solid_shadow, &self.masked_shadow);
     }
+}
 
-    fn draw_bins(
-        pass: &mut wgpu::RenderPass<'_>,
-        forest: &GpuForest,
-        solid: &wgpu::RenderPipeline,
-        masked: &wgpu::RenderPipeline,
-    ) {
-        let falls = &forest.falls;
-        for (i, bin) in falls.bins.iter().enumerate() {
-            let part = &forest.models[bin.model].leaves;
-            pass.set_pipeline(if part.masked { masked } else { solid });
-            pass.set_bind_group(1, &part.bind_group, &[]);
-            pass.set_vertex_buffer(0, bin.vertices.slice(..));
-            let size = size_of::<LooseLeaf>() as u64;
-            let first = u64::from(bin.first) * size;
-            pass.set_vertex_buffer(
-                1,
-                falls.drawn.slice(first..first + u64::from(bin.count) * size),
-            );
-            pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed_indirect(&falls.counters, i as u64 * 20);
+pub(super) fn draw_lists(
+    pass: &mut wgpu::RenderPass<'_>,
+    forest: &GpuForest,
+    lists: &[List],
+    solid: &wgpu::RenderPipeline,
+    masked: &wgpu::RenderPipeline,
+) {
+    let falls = &forest.falls;
+    for (i, bin) in falls.bins.iter().enumerate() {
+        let part = &forest.models[bin.model].leaves;
+        pass.set_pipeline(if part.masked { masked } else { solid });
+        pass.set_bind_group(1, &part.bind_group, &[]);
+        pass.set_vertex_buffer(0, bin.vertices.slice(..));
+        pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
+        for &list in lists {
+            pass.set_vertex_buffer(1, falls.leaves_of(list, bin));
+            if list == List::Tested {
+                pass.set_vertex_buffer(2, falls.tested_slots(bin));
+            }
+            pass.draw_indexed_indirect(&falls.counters, falls.arguments_of(list, i));
         }
     }
 }

@@ -1,8 +1,7 @@
 //! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
 
 use super::Shaders;
-use super::draw::DrawTarget;
-use super::listed::{Layouts, Pair, SHAPE, pose_pass, pose_pipeline, set_shape};
+use super::listed::{Layouts, Pair, Pairs, Placing, SHAPE, pose_pass, pose_pipeline, set_shape};
 use crate::arena::GRAIN;
 use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
 use crate::model::GpuModel;
@@ -10,7 +9,7 @@ use wgpu_profiler::Scope;
 
 pub(crate) struct FragmentFalls {
     pose: wgpu::RenderPipeline,
-    pipelines: Pair,
+    pub(super) pipelines: Pairs,
 }
 
 impl FragmentFalls {
@@ -19,12 +18,23 @@ impl FragmentFalls {
         part_layout: &wgpu::BindGroupLayout,
         layouts: &Layouts,
     ) -> Self {
-        let source = include_str!("../../shaders/fragment_leaves.wgsl");
-        let groups = [part_layout, &layouts.posed];
         let pose = include_str!("../../shaders/fragment_falls.wgsl");
         Self {
             pose: pose_pipeline(shaders, layouts, "fragment falls", pose, &[], [PLACE, WORDS]),
-            pipelines: Pair::new(shaders, source, "looked_up", &groups, &[SHAPE], false),
+            pipelines: Pairs::new(shaders, &Self::placing(part_layout, layouts)),
+        }
+    }
+
+    pub fn placing<'a>(
+        part_layout: &'a wgpu::BindGroupLayout,
+        layouts: &'a Layouts,
+    ) -> Placing<'a> {
+        Placing {
+            source: include_str!("../../shaders/fragment_leaves.wgsl"),
+            vertex: "looked_up",
+            groups: vec![part_layout, &layouts.posed],
+            buffers: vec![SHAPE],
+            posing: false,
         }
     }
 
@@ -47,16 +57,15 @@ impl FragmentFalls {
     }
 
     pub fn draw(
-        &self,
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedLeaves,
-        into: DrawTarget,
+        pipelines: &Pair,
     ) {
         pass.set_bind_group(2, &posed.draw_group, &[]);
         for (bin, leaves, indices) in falls.draws(&falls.roster.falling) {
-            self.pipelines.set(pass, models, bin, into);
+            pipelines.set(pass, models, bin);
             set_shape(pass, bin);
             pass.draw_indexed(0..indices, 0, leaves);
         }

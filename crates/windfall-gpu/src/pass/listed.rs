@@ -22,7 +22,7 @@ const POSE: [&str; 5] = [
 const LEAVES: &str = include_str!("../../shaders/leaves.wgsl");
 
 pub(crate) struct ListedPasses {
-    layouts: Layouts,
+    pub(super) layouts: Layouts,
     vertex: VertexFalls,
     fragment: FragmentFalls,
     vertex_buffer: VertexBufferFalls,
@@ -38,60 +38,85 @@ pub(super) struct Layouts {
     pub posed: wgpu::BindGroupLayout,
 }
 
-/// Pipelines for leaves without and with holes, for the picture and for shadow maps.
-pub(super) struct Pair {
-    solid: [wgpu::RenderPipeline; 2],
-    masked: [wgpu::RenderPipeline; 2],
+/// Pipelines for leaves without and with holes.
+pub(crate) struct Pair {
+    pub solid: wgpu::RenderPipeline,
+    pub masked: wgpu::RenderPipeline,
 }
 
 impl Pair {
-    /// `source` adds a vertex entry point of the name `vertex` to those of the leaves' shader.
-    pub fn new(
+    /// Sets the pipeline for a bin, and its model's bind group.
+    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>, models: &[GpuModel], bin: &Bin) {
+        let part = &models[bin.model].leaves;
+        pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+        pass.set_bind_group(1, &part.bind_group, &[]);
+    }
+}
+
+/// How a strategy finds vertices of leaves.
+pub(super) struct Placing<'a> {
+    /// WGSL that adds the vertex entry point `vertex` to those of the leaves' shader.
+    pub source: &'a str,
+    pub vertex: &'a str,
+    /// Bind groups from the second on.
+    pub groups: Vec<&'a wgpu::BindGroupLayout>,
+    pub buffers: Vec<wgpu::VertexBufferLayout<'a>>,
+    /// Whether it needs the functions that pose.
+    pub posing: bool,
+}
+
+impl Placing<'_> {
+    pub fn pair(
+        &self,
         shaders: &Shaders<'_>,
-        source: &str,
-        vertex: &str,
-        groups: &[&wgpu::BindGroupLayout],
-        buffers: &[wgpu::VertexBufferLayout<'_>],
-        posing: bool,
-    ) -> Self {
-        let shared = if posing { POSE.join("\n") } else { String::new() };
-        let source = [LEAVES, &shared, source].join("\n");
-        let pipeline = |fragment, alpha_to_coverage, target| {
+        [solid, masked]: [Option<&str>; 2],
+        target: DrawTarget,
+        constants: &[(&str, f64)],
+    ) -> Pair {
+        let shared = if self.posing { POSE.join("\n") } else { String::new() };
+        let source = [LEAVES, &shared, self.source].join("\n");
+        let pipeline = |fragment, alpha_to_coverage| {
             shaders.pipeline(&Draw {
-                label: vertex,
+                label: self.vertex,
                 source: &source,
-                groups,
-                buffers,
+                groups: &self.groups,
+                buffers: &self.buffers,
                 cull: None,
-                vertex,
+                vertex: self.vertex,
                 fragment,
                 alpha_to_coverage,
                 target,
-                constants: &[],
+                constants,
             })
         };
-        let (picture, shadow) = (DrawTarget::Radiance, DrawTarget::Shadow);
-        Self {
-            solid: [pipeline(Some("solid"), false, picture), pipeline(None, false, shadow)],
-            masked: [
-                pipeline(Some("masked"), true, picture),
-                pipeline(Some("masked_shadow"), false, shadow),
-            ],
-        }
+        let coverage = matches!(target, DrawTarget::Radiance | DrawTarget::Front);
+        Pair { solid: pipeline(solid, false), masked: pipeline(masked, coverage) }
     }
 
-    /// Sets the pipeline for a bin, and its model's bind group.
-    pub fn set(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        models: &[GpuModel],
-        bin: &Bin,
-        into: DrawTarget,
-    ) {
-        let part = &models[bin.model].leaves;
-        let pipelines = if part.masked { &self.masked } else { &self.solid };
-        pass.set_pipeline(&pipelines[usize::from(into == DrawTarget::Shadow)]);
-        pass.set_bind_group(1, &part.bind_group, &[]);
+    /// Pipelines for the picture.
+    pub fn picture(&self, shaders: &Shaders<'_>) -> Pair {
+        self.pair(shaders, [Some("solid"), Some("masked")], DrawTarget::Radiance, &[])
+    }
+
+    /// Pipelines for shadow maps.
+    pub fn shadow(&self, shaders: &Shaders<'_>) -> Pair {
+        self.pair(shaders, [None, Some("masked_shadow")], DrawTarget::Shadow, &[])
+    }
+}
+
+/// Pipelines for the picture and for shadow maps.
+pub(super) struct Pairs {
+    pub picture: Pair,
+    pub shadow: Pair,
+}
+
+impl Pairs {
+    pub fn new(shaders: &Shaders<'_>, placing: &Placing<'_>) -> Self {
+        Self { picture: placing.picture(shaders), shadow: placing.shadow(shaders) }
+    }
+
+    pub fn of(&self, into: DrawTarget) -> &Pair {
+        if into == DrawTarget::Shadow { &self.shadow } else { &self.picture }
     }
 }
 
@@ -273,12 +298,29 @@ impl ListedPasses {
         falls: &ListedFalls,
         into: DrawTarget,
     ) {
-        match &falls.posed {
-            Posed::Nothing => self.vertex.draw(pass, models, falls, into),
-            Posed::Leaves(posed) => self.fragment.draw(pass, models, falls, posed, into),
-            Posed::Vertices(posed) => self.vertex_buffer.draw(pass, models, falls, posed, into),
-        }
+        let occlusion = falls.occlusion.as_ref().filter(|_| into == DrawTarget::Radiance);
+        let pipelines = match (occlusion, &falls.posed) {
+            (Some(occlusion), _) => occlusion.set_shown(pass),
+            (None, Posed::Nothing) => self.vertex.pipelines.of(into),
+            (None, Posed::Leaves(_)) => self.fragment.pipelines.of(into),
+            (None, Posed::Vertices(_)) => self.vertex_buffer.pipelines.of(into),
+        };
+        draw_falling(pass, models, falls, pipelines);
         self.litter.draw(pass, models, falls, into);
+    }
+}
+
+/// Draws the listed leaves, as the strategy has placed them.
+pub(super) fn draw_falling(
+    pass: &mut wgpu::RenderPass<'_>,
+    models: &[GpuModel],
+    falls: &ListedFalls,
+    pipelines: &Pair,
+) {
+    match &falls.posed {
+        Posed::Nothing => VertexFalls::draw(pass, models, falls, pipelines),
+        Posed::Leaves(posed) => FragmentFalls::draw(pass, models, falls, posed, pipelines),
+        Posed::Vertices(posed) => VertexBufferFalls::draw(pass, models, falls, posed, pipelines),
     }
 }
 

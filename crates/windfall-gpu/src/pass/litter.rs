@@ -2,13 +2,13 @@
 
 use super::Shaders;
 use super::draw::DrawTarget;
-use super::listed::{Layouts, Pair, SHAPE, set_shape};
+use super::listed::{Layouts, Pairs, Placing, SHAPE, set_shape};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::shared::LitterLeaf;
 
 pub(crate) struct Litter {
-    pipelines: Pair,
+    pipelines: Pairs,
 }
 
 impl Litter {
@@ -24,9 +24,14 @@ impl Litter {
                 3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32, 7 => Float32x2
             ],
         };
-        let source = include_str!("../../shaders/litter.wgsl");
-        let groups = [part_layout, &layouts.tables];
-        Self { pipelines: Pair::new(shaders, source, "lying", &groups, &[SHAPE, leaf], true) }
+        let placing = Placing {
+            source: include_str!("../../shaders/litter.wgsl"),
+            vertex: "lying",
+            groups: vec![part_layout, &layouts.tables],
+            buffers: vec![SHAPE, leaf],
+            posing: true,
+        };
+        Self { pipelines: Pairs::new(shaders, &placing) }
     }
 
     pub fn draw(
@@ -40,7 +45,7 @@ impl Litter {
         pass.set_bind_group(2, &falls.tables_group, &[]);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
         for (bin, leaves, indices) in falls.draws(list) {
-            self.pipelines.set(pass, models, bin, into);
+            self.pipelines.of(into).set(pass, models, bin);
             set_shape(pass, bin);
             pass.draw_indexed(0..indices, 0, leaves);
         }

@@ -1,15 +1,14 @@
 //! Strategy `vertex-buffer` (VB 6.2): a fragment finds where a vertex is; what it writes is drawn.
 
 use super::Shaders;
-use super::draw::DrawTarget;
-use super::listed::{Layouts, Pair, pose_pass, pose_pipeline};
+use super::listed::{Layouts, Pair, Pairs, Placing, pose_pass, pose_pipeline};
 use crate::listed::{ListedFalls, PosedVertices, WORDS};
 use crate::model::GpuModel;
 use wgpu_profiler::Scope;
 
 pub(crate) struct VertexBufferFalls {
     pose: wgpu::RenderPipeline,
-    pipelines: Pair,
+    pub(super) pipelines: Pairs,
 }
 
 impl VertexBufferFalls {
@@ -23,18 +22,7 @@ impl VertexBufferFalls {
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
         };
-        let place = wgpu::VertexBufferLayout {
-            array_stride: 16,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2],
-        };
-        let look = wgpu::VertexBufferLayout {
-            array_stride: 16,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Uint32, 4 => Float16x2],
-        };
         let pose = include_str!("../../shaders/vertex_buffer_falls.wgsl");
-        let source = include_str!("../../shaders/vertex_buffer_leaves.wgsl");
         Self {
             pose: pose_pipeline(
                 shaders,
@@ -44,7 +32,29 @@ impl VertexBufferFalls {
                 &[patch],
                 [WORDS, WORDS],
             ),
-            pipelines: Pair::new(shaders, source, "placed", &[part_layout], &[place, look], false),
+            pipelines: Pairs::new(shaders, &Self::placing(part_layout)),
+        }
+    }
+
+    pub fn placing(part_layout: &wgpu::BindGroupLayout) -> Placing<'_> {
+        let place = wgpu::VertexBufferLayout {
+            array_stride: 16,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &const { wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2] },
+        };
+        let look = wgpu::VertexBufferLayout {
+            array_stride: 16,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &const {
+                wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Uint32, 4 => Float16x2, 5 => Uint32]
+            },
+        };
+        Placing {
+            source: include_str!("../../shaders/vertex_buffer_leaves.wgsl"),
+            vertex: "placed",
+            groups: vec![part_layout],
+            buffers: vec![place, look],
+            posing: false,
         }
     }
 
@@ -72,19 +82,18 @@ impl VertexBufferFalls {
     }
 
     pub fn draw(
-        &self,
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedVertices,
-        into: DrawTarget,
+        pipelines: &Pair,
     ) {
         let list = &falls.roster.falling;
         for (i, (bin, region)) in falls.bins.iter().zip(&list.regions).enumerate() {
             if region.items.is_empty() {
                 continue;
             }
-            self.pipelines.set(pass, models, bin, into);
+            pipelines.set(pass, models, bin);
             let first = posed.offset(i);
             pass.set_vertex_buffer(0, posed.buffers[0].slice(first..));
             pass.set_vertex_buffer(1, posed.buffers[1].slice(first..));

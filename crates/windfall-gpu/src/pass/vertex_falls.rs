@@ -1,14 +1,13 @@
 //! Strategy `vertex` (VB 6, first): every vertex of a falling leaf finds its place.
 
 use super::Shaders;
-use super::draw::DrawTarget;
-use super::listed::{Layouts, Pair, SHAPE, set_shape};
+use super::listed::{Layouts, Pair, Pairs, Placing, SHAPE, set_shape};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::shared::FallingLeaf;
 
 pub(crate) struct VertexFalls {
-    pipelines: Pair,
+    pub(super) pipelines: Pairs,
 }
 
 impl VertexFalls {
@@ -17,30 +16,42 @@ impl VertexFalls {
         part_layout: &wgpu::BindGroupLayout,
         layouts: &Layouts,
     ) -> Self {
+        Self { pipelines: Pairs::new(shaders, &Self::placing(part_layout, layouts)) }
+    }
+
+    pub fn placing<'a>(
+        part_layout: &'a wgpu::BindGroupLayout,
+        layouts: &'a Layouts,
+    ) -> Placing<'a> {
         let leaf = wgpu::VertexBufferLayout {
             array_stride: size_of::<FallingLeaf>() as u64,
             step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![
-                3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Uint32x4, 7 => Uint32x4
-            ],
+            attributes: &const {
+                wgpu::vertex_attr_array![
+                    3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Uint32x4, 7 => Uint32x4
+                ]
+            },
         };
-        let source = include_str!("../../shaders/vertex_falls.wgsl");
-        let groups = [part_layout, &layouts.tables];
-        Self { pipelines: Pair::new(shaders, source, "falling", &groups, &[SHAPE, leaf], true) }
+        Placing {
+            source: include_str!("../../shaders/vertex_falls.wgsl"),
+            vertex: "falling",
+            groups: vec![part_layout, &layouts.tables],
+            buffers: vec![SHAPE, leaf],
+            posing: true,
+        }
     }
 
     pub fn draw(
-        &self,
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
-        into: DrawTarget,
+        pipelines: &Pair,
     ) {
         let list = &falls.roster.falling;
         pass.set_bind_group(2, &falls.tables_group, &[]);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
         for (bin, leaves, indices) in falls.draws(list) {
-            self.pipelines.set(pass, models, bin, into);
+            pipelines.set(pass, models, bin);
             set_shape(pass, bin);
             pass.draw_indexed(0..indices, 0, leaves);
         }

@@ -51,8 +51,7 @@ pub fn fades(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
     };
     let forest = placement.place(Terrain::flat(), &[1.0, 1.0]);
     let falls = Falls::none();
-    let on_gpu =
-        GpuForest::with_falls(&gpu.device, &gpu.queue, renderer, &models, &forest, &falls);
+    let on_gpu = GpuForest::with_falls(&gpu.device, &gpu.queue, renderer, &models, &forest, &falls);
     let film = Film::new(gpu, renderer, SIZE, 1);
     let trees = forest.instances.len();
     println!(
@@ -92,7 +91,10 @@ pub fn fades(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
         sorted.sort_by(f64::total_cmp);
         let (median, most) = (sorted[sorted.len() / 2], sorted[sorted.len() - 1]);
         let at = differences.iter().position(|&d| d == most).unwrap_or(0);
-        println!("{name:<16} median {median:.3}, most {most:.3} ({:.2} x) after frame {at}", most / median);
+        println!(
+            "{name:<16} median {median:.3}, most {most:.3} ({:.2} x) after frame {at}",
+            most / median
+        );
         rows.push(FadeRow { name, median, most, at, differences });
     }
     Ok(Fades { frames: FRAMES, trees, rows })

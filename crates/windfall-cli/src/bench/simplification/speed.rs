@@ -233,8 +233,7 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
     let none = Simplification::NONE;
     let total = stage.forest.instances.len();
     let tenth = total as f64 * 0.1;
-    let fov =
-        solve(0.02, 2.5, tenth, |f| seen(&stage, &amid(f, none), args.size).len() as f64);
+    let fov = solve(0.02, 2.5, tenth, |f| seen(&stage, &amid(f, none), args.size).len() as f64);
     let half = paper(0.5, 30.0);
     let view = amid(fov, half);
     let in_view = seen(&stage, &view, args.size).len();

@@ -117,7 +117,10 @@ fn candidates() -> Vec<Candidate> {
         of("no colour contrast", Simplification { color_contrast: false, ..default }),
         of("no shading contrast", Simplification { shading_contrast: false, ..default }),
         of("cosine 1/2", Simplification { mean_cosine: Some(0.5), ..default }),
-        of("cosine 2/pi", Simplification { mean_cosine: Some(Simplification::PAPER_COSINE), ..default }),
+        of(
+            "cosine 2/pi",
+            Simplification { mean_cosine: Some(Simplification::PAPER_COSINE), ..default },
+        ),
         Candidate { model: Model::Equation3, ..of("equation 3", default) },
         of("no area, no contrast", Simplification { area_preservation: false, ..plain }),
         of("opacity", {
