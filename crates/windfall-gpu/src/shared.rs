@@ -656,6 +656,6 @@ mod tests {
             .map(|field| text.find(field).unwrap())
             .collect();
         assert!(places.is_sorted());
-        assert_eq!(Model::wgsl().matches("array<vec4<f32>, 8>").count(), 1);
+        assert_eq!(Model::wgsl().matches("array<vec4<f32>, 8>").count(), 2);
     }
 }
