@@ -16,7 +16,7 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
 }
 
 // Most places along a pixel at which single leaves are looked up.
-const LITTER_STEPS: u32 = 6u;
+const LITTER_STEPS: u32 = 3u;
 
 // How trodden the ground is at a place, 0 to 1.
 fn trodden(at: vec2<f32>, wobble: f32) -> f32 {

@@ -206,6 +206,8 @@ pub struct Cullings {
     trees: usize,
     in_view: usize,
     rows: Vec<CullRow>,
+    /// A frame each, unsimplified.
+    full: Vec<CullRow>,
     away: Vec<CullRow>,
     counts: Vec<CountRow>,
 }
@@ -243,20 +245,20 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
         args.frames
     );
     let forest = easel.forest(gpu, &stage, &stage.falls);
-    let mut measure = |view: &View| -> anyhow::Result<Vec<CullRow>> {
-        let mut walls: Vec<Vec<f64>> = vec![Vec::new(); Culling::ALL.len()];
-        let mut drawn = vec![0; Culling::ALL.len()];
-        for round in 0..WARM_UP + args.frames {
-            for (i, &culling) in Culling::ALL.iter().enumerate() {
+    let mut measure = |view: &View, cullings: &[Culling], rounds| -> anyhow::Result<Vec<CullRow>> {
+        let mut walls: Vec<Vec<f64>> = vec![Vec::new(); cullings.len()];
+        let mut drawn = vec![0; cullings.len()];
+        for round in 0..rounds {
+            for (i, &culling) in cullings.iter().enumerate() {
                 let measured = easel.frame(gpu, &forest, &View { culling, ..*view })?;
                 drawn[i] = measured.counts.trees.visible;
-                if round >= WARM_UP {
+                if round >= WARM_UP || rounds == 1 {
                     walls[i].push(measured.wall);
                 }
             }
         }
         let off = Spread::of(&walls[0]).median;
-        Ok(Culling::ALL
+        Ok(cullings
             .iter()
             .enumerate()
             .map(|(i, culling)| {
@@ -267,10 +269,12 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
             })
             .collect())
     };
-    let rows = measure(&view)?;
+    let rounds = WARM_UP + args.frames;
+    let rows = measure(&view, &Culling::ALL, rounds)?;
     println!("the same, looking away: none in view");
-    let turned = away(&view);
-    let away = measure(&turned)?;
+    let away = measure(&away(&view), &Culling::ALL, rounds)?;
+    println!("the first view unsimplified, a frame each");
+    let full = measure(&View { detail: none, ..view }, &[Culling::Off, Culling::Sphere], 1)?;
     drop(forest);
 
     println!("over the number of trees, small ones, a tenth of them in view or fewer");
@@ -297,5 +301,5 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
         counts.push(CountRow { trees, in_view: seen, cpu_ms, cull_gpu_ms, wall_ms });
         trees *= 10;
     }
-    Ok(Cullings { trees: total, in_view, rows, away, counts })
+    Ok(Cullings { trees: total, in_view, rows, full, away, counts })
 }
