@@ -105,6 +105,14 @@ fn bad_scene_files_are_named_with_the_place() {
 }
 
 #[test]
+fn leaf_occlusion_is_on_or_off_and_its_view_needs_it() {
+    let place = Place::new();
+    place.fail(2, "render small.ron --leaf-occlusion maybe --out out.png", &["neither on nor off"]);
+    let words = ["--view occlusion", "--leaf-occlusion on"];
+    place.fail(1, "render small.ron --view occlusion --out out.png", &words);
+}
+
+#[test]
 fn numbers_out_of_range_are_refused_with_the_range() {
     let place = Place::new();
     for (arguments, words) in [
