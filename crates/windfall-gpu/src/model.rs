@@ -35,6 +35,10 @@ impl LeafVertex {
     ];
 }
 
+/// Error from which on a level of wood is only seen from far away, metres: at half a pixel a pixel is a
+/// decimetre wide there.
+const COARSE_WOOD: f32 = 0.05;
+
 /// A vertex of the wood: 28 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -67,6 +71,8 @@ pub(crate) struct GpuModel {
     /// What the leaves are drawn in, in prune order, and the levels of the wood.
     pub leaf_parts: Vec<PartDraw>,
     pub wood_parts: Vec<PartDraw>,
+    /// Those of them that are seen from near: the first.
+    pub fine_wood: u32,
     /// What the simplification of its trees depends on; places and draws are not filled in.
     pub crown: Crown,
     pub uniform: Model,
@@ -157,6 +163,7 @@ impl GpuModel {
             leaf_count: tree.foliage.leaves.len() as u32,
             leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
             wood_parts: wood_parts(&wood_ranges),
+            fine_wood: levels.partition_point(|level| level.error < COARSE_WOOD) as u32,
             crown: crown(tree, &levels),
             wood,
             leaves,

@@ -99,7 +99,7 @@ impl Leaves {
                 forest,
                 trees,
                 |model| &model.leaves,
-                |draws| {
+                |_, draws| {
                     let of_near = draws.0.end.min(draws.0.start + 1);
                     if near { draws.0.start..of_near } else { of_near..draws.0.end }
                 },

@@ -99,13 +99,16 @@ impl<'a> ListedTrees<'a> {
     }
 }
 
+/// A model's draws of leaves and of wood.
+type DrawRanges = (Range<u32>, Range<u32>);
+
 /// Draws leaves or wood of a list of trees.
 fn draw_parts<'a>(
     pass: &mut wgpu::RenderPass<'_>,
     forest: &'a crate::GpuForest,
     trees: ListedTrees<'_>,
     part: impl Fn(&'a crate::model::GpuModel) -> &'a crate::model::Part,
-    draws: impl Fn(&(Range<u32>, Range<u32>)) -> Range<u32>,
+    draws: impl Fn(&crate::model::GpuModel, &DrawRanges) -> Range<u32>,
     mut before: impl FnMut(&mut wgpu::RenderPass<'_>, &crate::model::Part),
 ) {
     let size = size_of::<TreeInstance>() as u64;
@@ -113,7 +116,7 @@ fn draw_parts<'a>(
     let all_draws = forest.trees.parts.len() as u64;
     for (i, model) in forest.models.iter().enumerate() {
         let crown = &forest.trees.crowns[i];
-        let draws = draws(&forest.trees.draws[i]);
+        let draws = draws(model, &forest.trees.draws[i]);
         if draws.is_empty() || crown.block_count == 0 {
             continue;
         }

@@ -1,16 +1,17 @@
 //! Trunks and branches.
 
 use super::{
-    ListedTrees, Shaders,
+    DrawRanges, ListedTrees, Shaders,
     draw::{Draw, DrawTarget},
     draw_parts, tree_instances,
 };
 use crate::forest::GpuForest;
-use crate::model::WoodVertex;
+use crate::model::{GpuModel, WoodVertex};
 
+/// Pipelines of fine levels and of coarse ones.
 pub(crate) struct Wood {
-    pipeline: wgpu::RenderPipeline,
-    shadow: wgpu::RenderPipeline,
+    radiance: [wgpu::RenderPipeline; 2],
+    shadow: [wgpu::RenderPipeline; 2],
 }
 
 impl Wood {
@@ -20,7 +21,7 @@ impl Wood {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &WoodVertex::ATTRIBUTES,
         };
-        let pipeline = |label, fragment, target| {
+        let pipeline = |far: bool, label, fragment, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/wood.wgsl"),
@@ -32,12 +33,13 @@ impl Wood {
                 fragment,
                 alpha_to_coverage: false,
                 target,
-                constants: &[],
+                constants: &[("far", f64::from(u8::from(far)))],
             })
         };
         Self {
-            pipeline: pipeline("wood", Some("fragment"), DrawTarget::Radiance),
-            shadow: pipeline("wood shadow", None, DrawTarget::Shadow),
+            radiance: [false, true]
+                .map(|far| pipeline(far, "wood", Some("fragment"), DrawTarget::Radiance)),
+            shadow: [false, true].map(|far| pipeline(far, "wood shadow", None, DrawTarget::Shadow)),
         }
     }
 
@@ -48,7 +50,12 @@ impl Wood {
         trees: ListedTrees<'_>,
         into: DrawTarget,
     ) {
-        pass.set_pipeline(if into == DrawTarget::Shadow { &self.shadow } else { &self.pipeline });
-        draw_parts(pass, forest, trees, |model| &model.wood, |draws| draws.1.clone(), |_, _| {});
+        let [near, far] = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
+        pass.set_pipeline(near);
+        let levels = |model: &GpuModel, of: &DrawRanges| of.1.start..of.1.start + model.fine_wood;
+        draw_parts(pass, forest, trees, |model| &model.wood, levels, |_, _| {});
+        pass.set_pipeline(far);
+        let levels = |model: &GpuModel, of: &DrawRanges| of.1.start + model.fine_wood..of.1.end;
+        draw_parts(pass, forest, trees, |model| &model.wood, levels, |_, _| {});
     }
 }
