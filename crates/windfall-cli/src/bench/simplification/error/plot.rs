@@ -60,6 +60,8 @@ impl Errors {
                 chart
                     .configure_mesh()
                     .light_line_style(WHITE)
+                    .x_labels(4)
+                    .x_label_formatter(&|x| format!("{x:.2}"))
                     .x_desc("share of leaves drawn")
                     .draw()
                     .map_err(|e| failed(&e))?;
@@ -79,7 +81,7 @@ impl Errors {
                     chart
                         .configure_series_labels()
                         .background_style(WHITE.mix(0.8))
-                        .position(SeriesLabelPosition::UpperRight)
+                        .position(SeriesLabelPosition::LowerRight)
                         .draw()
                         .map_err(|e| failed(&e))?;
                 }
