@@ -506,10 +506,9 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.falls.change(&mut pass, falls);
         }
-        let mut shadows = scope.scope("shadows");
         for (i, cascade) in cascades.iter().enumerate().take(views - 1) {
-            let mut pass = shadows.scoped_render_pass(
-                format!("shadow {i}"),
+            let mut pass = scope.scoped_render_pass(
+                "shadows",
                 wgpu::RenderPassDescriptor {
                     label: Some("shadow"),
                     depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
@@ -538,7 +537,6 @@ impl Renderer {
                 }
             }
         }
-        drop(shadows);
         let fade = view.detail.fade.by;
         let alone = view.show.leaves_alone();
         if occlusion {
