@@ -413,3 +413,30 @@ impl LeafMesh {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_palette_is_the_palette_blurred_by_the_leaves_own_times() {
+        let dark = Vec3::new(0.1, 0.05, 0.0);
+        let stops = vec![dark, Vec3::new(0.3, 0.2, 0.0)];
+        let at = |means: [Vec4; 8], i: usize| means[i].truncate();
+        let sharp = mean_palette(&Palette { stops: stops.clone(), spread: 0.0 });
+        for (i, mean) in sharp.iter().enumerate() {
+            let color = stops[0].lerp(stops[1], i as f32 / 7.0);
+            assert!(mean.truncate().distance(color) < 1e-4, "{i}: {mean} for {color}");
+        }
+        // Ends at -0.4 and 1.4, where every leaf has the first and the last colour. The third entry is at
+        // phase x = 0.1143; leaves that are at less than 0 have the first colour, which adds the mean of
+        // what they are below: (0.4 - x)^3 / (6 * 0.4^2) = 0.0243.
+        let blurred = mean_palette(&Palette { stops: stops.clone(), spread: 0.4 });
+        assert!(at(blurred, 0).distance(dark) < 1e-3 && at(blurred, 7).distance(stops[1]) < 1e-3);
+        let expected = dark.lerp(stops[1], 0.1143 + 0.0243);
+        assert!(at(blurred, 2).distance(expected) < 2e-3, "{} for {expected}", blurred[2]);
+        // Brighter than a leaf can send out: the mean is of what it does.
+        let bright = mean_palette(&Palette { stops: vec![Vec3::splat(2.0)], spread: 0.0 });
+        assert!(at(bright, 3).max_element() < 0.97, "{}", bright[3]);
+    }
+}
