@@ -114,10 +114,11 @@ impl Gpu {
         }
     }
 
-    /// Waits until everything submitted is done.
+    /// Waits until everything submitted is done; fails if the device has, so that no one measures
+    /// frames in which nothing was drawn.
     pub fn wait(&self) -> anyhow::Result<()> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).context("the device was lost")?;
-        Ok(())
+        self.check()
     }
 
     /// Milliseconds of every pass of the oldest finished frame; of those of one name together.

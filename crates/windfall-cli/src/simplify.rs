@@ -6,7 +6,7 @@ use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::simplify::{PruneOrder, Visibility, WoodLevel, wood_levels};
+use windfall_core::simplify::{PruneOrder, SimpleWood, Visibility, WoodLevel};
 use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
 
 /// Arguments of `windfall simplify`.
@@ -141,10 +141,11 @@ fn simplify_wood(tree: &mut Tree, wood: WoodAs, share: f32) -> f32 {
         WoodAs::Simplified => {
             let target = share * tree.wood.indices.len().max(1) as f32;
             let off = |level: &WoodLevel| (level.indices.len().max(1) as f32 / target).ln().abs();
-            let nearest =
-                wood_levels(&tree.wood).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-            let Some(level) = nearest else { return 0.0 };
-            tree.wood.indices = level.indices;
+            let simple = SimpleWood::new(&tree.wood);
+            let levels = simple.levels.iter().enumerate();
+            let nearest = levels.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+            let Some((nearest, level)) = nearest else { return 0.0 };
+            tree.wood = simple.baked(&tree.wood, nearest);
             level.error
         }
     }

@@ -2,7 +2,7 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use windfall_core::simplify::{PruneOrder, Visibility, openness, wood_levels};
+use windfall_core::simplify::{PruneOrder, SimpleWood, Visibility, openness};
 use windfall_core::tree::species::Species;
 
 fn simplify(c: &mut Criterion) {
@@ -29,7 +29,7 @@ fn simplify(c: &mut Criterion) {
         });
         let triangles = tree.wood_triangles();
         group.bench_function(format!("wood levels: {species}, {triangles} triangles"), |b| {
-            b.iter(|| wood_levels(black_box(&tree.wood)));
+            b.iter(|| SimpleWood::new(black_box(&tree.wood)));
         });
     }
     group.finish();

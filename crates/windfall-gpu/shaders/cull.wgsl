@@ -124,9 +124,14 @@ fn list_of(row: u32, rows: u32) -> u32 {
     return select(row, row - rows / 2u + 4u, row >= rows / 2u);
 }
 
+// How far wood may be from its place, metres of the tree.
+fn wood_error(list: TreeList, scale: f32, center: vec3<f32>) -> f32 {
+    return list.wood_pixels * distance(center, list.eye) / (list.pixels * scale);
+}
+
 // The finest level of wood is the highest bucket.
 fn wood_bucket(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> u32 {
-    let error = list.wood_pixels * distance(center, list.eye) / (list.pixels * scale);
+    let error = wood_error(list, scale, center);
     var level = 1u;
     while level < crown.wood_levels && crown.wood_errors[level / 4u][level % 4u] <= error {
         level += 1u;
@@ -338,6 +343,9 @@ fn place(
     out.fade_end = fade_end(list, level);
     out.fade_slope = 0.5 / max(level.radius, 1e-9);
     out.growth = level.growth;
+    if list_index >= 4u {
+        out.growth = wood_error(list, tree.scale, center_of(tree, crown));
+    }
     out.contrast = level.contrast;
     out.seed = tree.seed;
     out.wind = pack2x16float(wind_at(tree.position));

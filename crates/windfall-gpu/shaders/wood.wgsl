@@ -10,6 +10,8 @@ struct WoodVertex {
     @location(1) normal: vec4<f32>,
     @location(2) uv: vec2<f32>,
     @location(3) material: u32,
+    // Radius of the branch, and the error about which it vanishes, metres of the tree.
+    @location(4) branch: vec2<f32>,
 }
 
 struct Varyings {
@@ -31,10 +33,12 @@ override far: bool = false;
 @vertex
 fn vertex(in: WoodVertex, tree: Tree) -> Varyings {
     var out: Varyings;
+    // Lists of wood have there how far it may be from its place.
+    let position = in.position + in.normal.xyz * widening(in.branch, tree.fade_growth.z);
     if far {
-        out.world = world_from_far_tree(tree, in.position);
+        out.world = world_from_far_tree(tree, position);
     } else {
-        out.world = world_from_tree(tree, in.position);
+        out.world = world_from_tree(tree, position);
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.normal = turn(tree, in.normal.xyz);

@@ -259,9 +259,10 @@ impl Trees {
                 };
                 if seen {
                     let seen = crown.seen(tree, list, center);
-                    let level = detail.level(&seen);
+                    let mut level = detail.level(&seen);
                     let bucket = if wood {
-                        wood_bucket(crown.wood_level(detail.wood_error(&seen) / tree.scale))
+                        level.growth = detail.wood_error(&seen) / tree.scale;
+                        wood_bucket(crown.wood_level(level.growth))
                     } else {
                         bucket_of(detail.drawn(&level))
                     };

@@ -9,7 +9,7 @@ use half::f16;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::{Foliage, Leaf, LeafShape, Palette};
 use windfall_core::light::leaf;
-use windfall_core::simplify::{WoodLevel, simple_shapes, wood_levels};
+use windfall_core::simplify::{Branch, SimpleWood, WoodLevel, simple_shapes};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
 /// A vertex of the hanging leaves: 40 bytes. Everything of the leaf is repeated in its vertices,
@@ -39,7 +39,7 @@ impl LeafVertex {
 /// decimetre wide there.
 const COARSE_WOOD: f32 = 0.05;
 
-/// A vertex of the wood: 28 bytes.
+/// A vertex of the wood: 32 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub(crate) struct WoodVertex {
@@ -47,11 +47,14 @@ pub(crate) struct WoodVertex {
     normal: [i8; 4],
     uv: [f32; 2],
     material: u32,
+    /// Its radius, and the error about which it vanishes.
+    branch: [f16; 2],
 }
 
 impl WoodVertex {
-    pub const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
-        wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm8x4, 2 => Float32x2, 3 => Uint32];
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Snorm8x4, 2 => Float32x2, 3 => Uint32, 4 => Float16x2,
+    ];
 }
 
 /// An indexed triangle list and what its surface needs.
@@ -73,6 +76,8 @@ pub(crate) struct GpuModel {
     pub wood_parts: Vec<PartDraw>,
     /// Those of them that are seen from near: the first.
     pub fine_wood: u32,
+    /// Whether the backs of its wood need not be drawn.
+    pub outward: bool,
     /// What the simplification of its trees depends on; places and draws are not filled in.
     pub crown: Crown,
     pub uniform: Model,
@@ -123,7 +128,6 @@ impl GpuModel {
         // A draw that begins in the middle of a list is more than some devices can do.
         let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
         let leaf_mesh = LeafMesh::new(&tree.foliage, first_instance);
-        let wood_vertices: Vec<WoodVertex> = tree.wood.vertices.iter().map(wood_vertex).collect();
         let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
         let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
         let mut uniform = model_uniform(tree);
@@ -136,7 +140,9 @@ impl GpuModel {
         let part = |vertices: &[u8], indices: &[u32], materials: &[Material], array: &_| {
             part(device, layout, [&model, events], vertices, indices, materials, array)
         };
-        let mut levels = wood_levels(&tree.wood);
+        let SimpleWood { mut levels, branches, outward } = SimpleWood::new(&tree.wood);
+        let wood_vertices: Vec<WoodVertex> =
+            tree.wood.vertices.iter().zip(&branches).map(|(v, &b)| wood_vertex(v, b)).collect();
         levels.truncate(if first_instance { WOOD_LEVELS } else { 1 });
         let mut wood_indices = Vec::new();
         let wood_ranges: Vec<(u32, u32)> = levels
@@ -164,6 +170,7 @@ impl GpuModel {
             leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
             wood_parts: wood_parts(&wood_ranges),
             fine_wood: levels.partition_point(|level| level.error < COARSE_WOOD) as u32,
+            outward,
             crown: crown(tree, &levels),
             wood,
             leaves,
@@ -311,12 +318,13 @@ pub(crate) fn snorm(v: Vec3) -> [i8; 4] {
     [scaled.x as i8, scaled.y as i8, scaled.z as i8, 0]
 }
 
-fn wood_vertex(vertex: &tree::WoodVertex) -> WoodVertex {
+fn wood_vertex(vertex: &tree::WoodVertex, branch: Branch) -> WoodVertex {
     WoodVertex {
         position: vertex.position.to_array(),
         normal: snorm(vertex.normal),
         uv: vertex.uv.to_array(),
         material: vertex.material,
+        branch: [branch.radius, branch.vanishes.min(f16::MAX.to_f32())].map(f16::from_f32),
     }
 }
 

@@ -20,7 +20,7 @@ pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shading::Shading;
 pub use shape::{SIMPLE_BELOW, simple_shapes};
 pub use visible::{Visibility, openness, sides, visible_areas};
-pub use wood::{WoodLevel, wood_levels};
+pub use wood::{Branch, SimpleWood, WoodLevel};
 
 /// How foliage is simplified.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,8 @@ pub struct Simplification {
     /// How leaves appear and vanish.
     pub fade: Fade,
     /// How far the surface of simplified wood may be from its place in the picture, pixels; 0 keeps
-    /// the wood as it is. At half a pixel no change of level is seen.
+    /// the wood as it is. Branches thinner than twice that are drawn as wide, and fewer
+    /// ([`Branch::widening`]): at half a pixel no change is seen.
     pub wood_pixels: f32,
 }
 

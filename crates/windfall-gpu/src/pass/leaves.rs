@@ -103,7 +103,7 @@ impl Leaves {
                     let of_near = draws.0.end.min(draws.0.start + 1);
                     if near { draws.0.start..of_near } else { of_near..draws.0.end }
                 },
-                |pass, part| pass.set_pipeline(&pipelines[usize::from(part.masked)]),
+                |pass, model| pass.set_pipeline(&pipelines[usize::from(model.leaves.masked)]),
             );
         }
     }

@@ -71,6 +71,7 @@ fn compose(sources: &[&str]) -> String {
         include_str!("../../shaders/shared/leaf_light.wgsl"),
         include_str!("../../shaders/shared/sway.wgsl"),
         include_str!("../../shaders/shared/season.wgsl"),
+        include_str!("../../shaders/shared/branch.wgsl"),
     ];
     [structs.concat(), shared.join("\n"), sources.join("\n")].join("\n")
 }
@@ -109,7 +110,7 @@ fn draw_parts<'a>(
     trees: ListedTrees<'_>,
     part: impl Fn(&'a crate::model::GpuModel) -> &'a crate::model::Part,
     draws: impl Fn(&crate::model::GpuModel, &DrawRanges) -> Range<u32>,
-    mut before: impl FnMut(&mut wgpu::RenderPass<'_>, &crate::model::Part),
+    mut before: impl FnMut(&mut wgpu::RenderPass<'_>, &crate::model::GpuModel),
 ) {
     let size = size_of::<TreeInstance>() as u64;
     let list_first = trees.index as u64 * forest.trees.records.len() as u64;
@@ -121,7 +122,7 @@ fn draw_parts<'a>(
             continue;
         }
         let part = part(model);
-        before(pass, part);
+        before(pass, model);
         pass.set_bind_group(1, &part.bind_group, &[]);
         pass.set_vertex_buffer(0, part.vertices.slice(..));
         let first = (list_first + u64::from(crown.tree_first)) * size;

@@ -10,6 +10,7 @@ use glam::{Quat, Vec2, Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use windfall_core::light::{Atmosphere, SkyTable, leaf};
 use windfall_core::rng::Rng;
+use windfall_core::simplify::Branch;
 use windfall_core::sway;
 use windfall_core::wind::Wind;
 
@@ -337,5 +338,29 @@ fn exposure_doubles_before_the_curve() {
         if i[0].x < 0.6 {
             assert!((*plain - i[0]).truncate().length() < 1e-6);
         }
+    }
+}
+
+#[test]
+fn branches_widen_as_on_the_cpu() {
+    let mut rng = Rng::new(12);
+    let branches: Vec<(Branch, f32)> = (0..1000)
+        .map(|_| {
+            let radius = 0.3 * rng.unit() * rng.unit();
+            let branch = Branch { radius, vanishes: radius / rng.range(0.01, 1.0) };
+            (branch, branch.vanishes * rng.range(0.0, 1.5))
+        })
+        .chain([(Branch { radius: 0.5, vanishes: f32::MAX }, 7.0)])
+        .collect();
+    let inputs: Vec<[Vec4; 4]> = branches
+        .iter()
+        .map(|(b, error)| [Vec4::new(b.radius, b.vanishes, *error, 0.0); 4])
+        .collect();
+    let light = light();
+    let body = "out.x = widening(a[0].xy, a[0].z);";
+    let outputs = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    for ((branch, error), out) in branches.iter().zip(outputs) {
+        let expected = branch.widening(*error);
+        assert!((out.x - expected).abs() < 1e-5, "{branch:?} {error}: {} for {expected}", out.x);
     }
 }

@@ -8,11 +8,14 @@ use super::{
 use crate::forest::GpuForest;
 use crate::model::{GpuModel, WoodVertex};
 
-/// Pipelines of fine levels and of coarse ones.
 pub(crate) struct Wood {
-    radiance: [wgpu::RenderPipeline; 2],
-    shadow: [wgpu::RenderPipeline; 2],
+    radiance: Pipelines,
+    shadow: Pipelines,
 }
+
+/// Pipelines of fine levels and of coarse ones; each for wood of which both sides are drawn, since real
+/// exports have open tubes and mixed winding, and for wood that faces outward.
+type Pipelines = [[wgpu::RenderPipeline; 2]; 2];
 
 impl Wood {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
@@ -21,14 +24,13 @@ impl Wood {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &WoodVertex::ATTRIBUTES,
         };
-        let pipeline = |far: bool, label, fragment, target| {
+        let pipeline = |far: bool, outward: bool, label, fragment, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/wood.wgsl"),
                 groups: &[part_layout],
                 buffers: &[vertices.clone(), tree_instances()],
-                // Real exports have open tubes and mixed winding: both sides are drawn.
-                cull: None,
+                cull: outward.then_some(wgpu::Face::Back),
                 vertex: "vertex",
                 fragment,
                 alpha_to_coverage: false,
@@ -36,10 +38,14 @@ impl Wood {
                 constants: &[("far", f64::from(u8::from(far)))],
             })
         };
+        let pipelines = |label, fragment, target| {
+            [false, true].map(|far| {
+                [false, true].map(|outward| pipeline(far, outward, label, fragment, target))
+            })
+        };
         Self {
-            radiance: [false, true]
-                .map(|far| pipeline(far, "wood", Some("fragment"), DrawTarget::Radiance)),
-            shadow: [false, true].map(|far| pipeline(far, "wood shadow", None, DrawTarget::Shadow)),
+            radiance: pipelines("wood", Some("fragment"), DrawTarget::Radiance),
+            shadow: pipelines("wood shadow", None, DrawTarget::Shadow),
         }
     }
 
@@ -50,12 +56,22 @@ impl Wood {
         trees: ListedTrees<'_>,
         into: DrawTarget,
     ) {
-        let [near, far] = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
-        pass.set_pipeline(near);
-        let levels = |model: &GpuModel, of: &DrawRanges| of.1.start..of.1.start + model.fine_wood;
-        draw_parts(pass, forest, trees, |model| &model.wood, levels, |_, _| {});
-        pass.set_pipeline(far);
-        let levels = |model: &GpuModel, of: &DrawRanges| of.1.start + model.fine_wood..of.1.end;
-        draw_parts(pass, forest, trees, |model| &model.wood, levels, |_, _| {});
+        let pipelines = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
+        for (pipelines, far) in pipelines.iter().zip([false, true]) {
+            let levels = |model: &GpuModel, of: &DrawRanges| {
+                let coarse = of.1.start + model.fine_wood;
+                if far { coarse..of.1.end } else { of.1.start..coarse }
+            };
+            draw_parts(
+                pass,
+                forest,
+                trees,
+                |model| &model.wood,
+                levels,
+                |pass, model| {
+                    pass.set_pipeline(&pipelines[usize::from(model.outward)]);
+                },
+            );
+        }
     }
 }

@@ -32,6 +32,9 @@ pub struct Args {
     /// Vertices in the view of part a, millions
     #[arg(long, value_name = "M", default_value_t = 61.0)]
     vertices: f64,
+    /// Values of h in part a; how much faster a frame is, is over the first of them
+    #[arg(long, value_name = "H", value_delimiter = ',', default_values_t = speed::HS)]
+    h: Vec<f32>,
     /// Most trees of part b
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     most: u32,

@@ -16,6 +16,9 @@ use windfall_core::tree::Tree;
 use windfall_core::tree::species::{Species, papers10};
 use windfall_gpu::{Culling, View};
 
+/// Values of `h` of SFS, figure 5.
+pub const HS: [f32; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
 /// Part a.
 #[derive(Serialize)]
 pub struct Forest {
@@ -71,7 +74,7 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
         args.frames
     );
     let forest = easel.forest(gpu, &stage, &stage.falls);
-    let hs: Vec<f32> = (0..10).map(|i| i as f32 / 10.0).collect();
+    let hs = &args.h;
     let mut walls: Vec<Vec<f64>> = vec![Vec::new(); hs.len()];
     let mut triangles = vec![0; hs.len()];
     for round in 0..WARM_UP + args.frames {
