@@ -134,7 +134,9 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, shading_contrast);
+    // The mean of leaves at this depth: a far crown keeps its light side and its dark middle.
+    let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
+    out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
     return out;
 }
 

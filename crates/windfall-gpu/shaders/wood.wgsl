@@ -99,12 +99,12 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     if coarse <= 0.0 {
         return Bark(0.62, clamp(0.35 + 0.6 * patchy, 0.0, 1.0));
     }
-    let stretch = select(vec2(1.5, 0.30), vec2(1.5, 0.42), surface.pattern == 3u);
+    let stretch = select(vec2(1.5, 0.36), vec2(1.5, 0.5), surface.pattern == 3u);
     let warp = vec2(fractal_noise2(p * 1.3, pixel * 1.3, 6u), fractal_noise2(p * 1.3 + 7.0, pixel * 1.3, 7u));
     let near = cells(p * stretch + warp * 0.5, 10u);
     let plate = smoothstep(0.02, 0.42, near.y - near.x);
     let height = mix(0.62, plate, coarse) + 0.45 * fine;
-    let contrast = select(1.0, 0.55, surface.pattern == 3u);
+    let contrast = select(0.75, 0.5, surface.pattern == 3u);
     return Bark(mix(0.7, height, contrast), clamp(0.4 + contrast * (0.45 - 0.8 * height) + 0.6 * patchy, 0.0, 1.0));
 }
 

@@ -70,7 +70,7 @@ enum Part {
 type Switch = fn(&mut View);
 
 /// Each effect of the highest preset, with its switch.
-const EFFECTS: [(&str, Switch); 16] = [
+const EFFECTS: [(&str, Switch); 17] = [
     ("shadows", |v| v.shadows = false),
     ("shadow maps of 2048, not 1024", |v| v.quality.shadow_size = 1024),
     ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.penumbrae) = (4, false)),
@@ -84,6 +84,7 @@ const EFFECTS: [(&str, Switch); 16] = [
     ("bark relief", |v| v.quality.bark_relief = false),
     ("grass", |v| v.quality.grass = false),
     ("backdrop", |v| v.quality.backdrop = false),
+    ("reconstruction", |v| v.quality.reconstruction = false),
     ("aerial perspective", |v| v.sky.haze = 0.0),
     ("clouds", |v| v.sky.clouds = 0.0),
     ("all of them", |v| {
@@ -247,10 +248,12 @@ mod tests {
             bark_relief,
             grass,
             backdrop,
+            reconstruction,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
         let on = [penumbrae, sway, veins, gloss, transmission, openness, ground_detail];
-        assert!(!on.contains(&true) && ![bark_relief, grass, backdrop].contains(&true));
+        let also = [bark_relief, grass, backdrop, reconstruction];
+        assert!(!on.contains(&true) && !also.contains(&true));
         assert!(!off.shadows && off.sky.haze == 0.0 && off.sky.clouds == 0.0);
     }
 
