@@ -21,7 +21,7 @@ fn system(color: vec3<f32>) -> vec3<f32> {
 
 fn neutral(color: vec3<f32>) -> vec3<f32> {
     let start_compression = 0.62;
-    let desaturation = 0.15;
+    let desaturation = 0.06;
     let peak = max(color.r, max(color.g, color.b));
     if peak < start_compression {
         return color;

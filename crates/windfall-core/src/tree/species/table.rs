@@ -99,9 +99,9 @@ pub fn oak() -> Params {
                 curl: 25.0,
             },
         },
-        bark: bark(0x7d7263, 0x3a332c, 0.11, BarkPattern::Furrowed),
+        bark: bark(0x6c6256, 0x352f28, 0.11, BarkPattern::Furrowed),
         twig: srgb(0x5f5142),
-        palette: palette(&[0x4c6b28, 0x7a7a2c, 0xa57b2a, 0xa6682a, 0x7e4a22], 0.45),
+        palette: palette(&[0x5d702a, 0x7a7a2c, 0xa57b2a, 0xa6682a, 0x7e4a22], 0.45),
     }
 }
 
@@ -190,7 +190,7 @@ pub fn maple() -> Params {
         },
         bark: bark(0x7a7167, 0x4a433c, 0.07, BarkPattern::Plated),
         twig: srgb(0x5b4a3c),
-        palette: palette(&[0x55782c, 0x9aa033, 0xe0b233, 0xe07a22, 0xc23d1d, 0x8c3a20], 0.45),
+        palette: palette(&[0x6b7f2f, 0x9aa033, 0xe0b233, 0xe07a22, 0xc23d1d, 0x8c3a20], 0.45),
     }
 }
 
@@ -268,7 +268,7 @@ pub fn birch() -> Params {
         },
         bark: bark(0xe4dfd4, 0x33302d, 0.16, BarkPattern::Papery),
         twig: srgb(0x4e3a33),
-        palette: palette(&[0x5e7f2f, 0x9aa637, 0xdcbf3a, 0xe3b02e, 0xb98a35], 0.4),
+        palette: palette(&[0x72852f, 0x9aa637, 0xdcbf3a, 0xe3b02e, 0xb98a35], 0.4),
     }
 }
 
@@ -344,9 +344,9 @@ pub fn beech() -> Params {
                 curl: 18.0,
             },
         },
-        bark: bark(0x8c8b84, 0x6c6a63, 0.25, BarkPattern::Smooth),
+        bark: bark(0x8d8b83, 0x58564f, 0.25, BarkPattern::Smooth),
         twig: srgb(0x5c4b40),
-        palette: palette(&[0x4f7029, 0x9a922e, 0xc98a2c, 0xb8602a, 0x7f4526], 0.4),
+        palette: palette(&[0x66752c, 0x9a922e, 0xc98a2c, 0xb8602a, 0x7f4526], 0.4),
     }
 }
 
