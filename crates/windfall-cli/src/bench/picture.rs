@@ -5,6 +5,7 @@
 //! in turn with the whole picture, and what a frame takes less is its row.
 
 use super::Spread;
+use super::crawl;
 use super::stand::{Easel, Measured};
 use crate::gpu::Gpu;
 use crate::render::parse_size;
@@ -31,6 +32,10 @@ pub struct Args {
     /// Measure each effect of the highest preset too, by switching it off
     #[arg(long)]
     effects: bool,
+    /// Measure instead how restless edges are: the change from frame to frame over that of
+    /// supersampled frames, while the camera walks
+    #[arg(long, conflicts_with_all = ["effects", "json"])]
+    crawl: bool,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -174,6 +179,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         });
         let Ok(stage) = built;
         let forest = easel.forest(&gpu, &stage, &stage.falls);
+        if args.crawl {
+            let of = (&scene, &stage);
+            let frames = args.frames + 1;
+            let crawl = crawl::measure(&mut gpu, &easel.renderer, &forest, of, args.size, frames)?;
+            println!("{name}: {crawl:.2}");
+            continue;
+        }
         let kinds = kinds(&scene.view(scene.time, &stage.forest.terrain), args.effects);
         let mut rounds = Vec::new();
         // In the first round pipelines compile: it is not measured.

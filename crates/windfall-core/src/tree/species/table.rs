@@ -75,7 +75,7 @@ pub fn oak() -> Params {
             },
         ],
         leaves: Leaves {
-            count: 11_000,
+            count: 12_500,
             length: 0.11,
             enlarge: 2.1,
             per_node: 1,
