@@ -75,7 +75,7 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     let thin = (0.0028 + 0.0022 * unit(hash(own, 4u))) * (1.0 + 0.10 * away);
     let across_view = vec3(frame.clip_from_world[0].y, frame.clip_from_world[1].y, frame.clip_from_world[2].y);
     let pixel = 2.0 * away / (frame.height * length(across_view));
-    let thick = max(thin, 0.6 * pixel);
+    let thick = max(thin, 0.8 * pixel);
     if unit(hash(own, 7u)) * thick > thin {
         return out;
     }
@@ -97,8 +97,10 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
     }
     let dry = smoothstep(-0.2, 0.3, fractal_noise2(at * 0.045, 0.0, 20u) + 0.6 * fractal_noise2(at * 1.15, 0.0, 27u));
     let straw = smoothstep(0.45, 1.0, unit(hash(own, 5u)) * 0.6 + 0.55 * dry);
-    out.color = mix(mix(vec3(0.056, 0.078, 0.018), vec3(0.100, 0.112, 0.030), dry), vec3(0.240, 0.185, 0.085), straw)
-        * (0.7 + 0.6 * unit(hash(own, 6u)));
+    // Few stand for many: with less contrast, as leaves (SFS, equation 4).
+    let contrast = sqrt(thin / thick);
+    out.color = mix(mix(vec3(0.056, 0.078, 0.018), vec3(0.100, 0.112, 0.030), dry), vec3(0.240, 0.185, 0.085), mix(0.25 * dry, straw, contrast))
+        * (1.0 + (0.6 * unit(hash(own, 6u)) - 0.3) * contrast);
     out.root = root;
     out.along = along;
     out.normal = normalize(vec3(out_way.x * 0.6, 1.0, out_way.y * 0.6));

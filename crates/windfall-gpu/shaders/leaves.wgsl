@@ -134,7 +134,9 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    out.ambient = mix(model.mean_ambient, in.offset_ambient.w, shading_contrast);
+    // The mean of leaves at this depth: a far crown keeps its light side and its dark middle.
+    let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
+    out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
     return out;
 }
 
@@ -226,7 +228,9 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     leaf.passed *= select(0.0, 1.0, has(TRANSMISSION));
     var scattered = leaf_body(leaf, front, back, dot(bent, sun), 0.3, max(dot(normal, view), 1e-3));
     if !far && has(GLOSS) {
-        scattered += leaf_gloss(normal, facing, sun, view);
+        // Glints smaller than a pixel would sparkle: leaves of a few pixels have little.
+        let pixel = max(fwidth(in.uv.x), fwidth(in.uv.y));
+        scattered += leaf_gloss(normal, facing, sun, view) * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
     }
     let direct = frame.sun_color * reach * scattered;
     // The mean over leaves is nearly the light from where the crown opens.
@@ -263,7 +267,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
         shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
     let dried = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
-    return color * shade * mix(vec3(1.0), vec3(0.78, 0.66, 0.6), dried);
+    return color * shade * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dried);
 }
 
 fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {

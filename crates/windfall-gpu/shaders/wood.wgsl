@@ -103,12 +103,12 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     if coarse <= 0.0 {
         return Bark(0.62, clamp(0.35 + 0.6 * patchy, 0.0, 1.0));
     }
-    let stretch = select(vec2(1.5, 0.30), vec2(1.5, 0.42), surface.pattern == 3u);
+    let stretch = select(vec2(1.5, 0.36), vec2(1.5, 0.5), surface.pattern == 3u);
     let warp = vec2(fractal_noise2(p * 1.3, pixel * 1.3, 6u), fractal_noise2(p * 1.3 + 7.0, pixel * 1.3, 7u));
     let near = cells(p * stretch + warp * 0.5, 10u);
     let plate = smoothstep(0.02, 0.42, near.y - near.x);
     let height = mix(0.62, plate, coarse) + 0.45 * fine;
-    let contrast = select(1.0, 0.55, surface.pattern == 3u);
+    let contrast = select(0.75, 0.5, surface.pattern == 3u);
     return Bark(mix(0.7, height, contrast), clamp(0.4 + contrast * (0.45 - 0.8 * height) + 0.6 * patchy, 0.0, 1.0));
 }
 
@@ -180,7 +180,7 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
         let streaks = fractal_noise2(in.uv * vec2(2.6, 0.35), metres * 2.6, 16u) + 0.35 * fractal_noise2(in.uv * 1.1, metres, 18u);
         albedo = mix(albedo, vec3(0.090, 0.098, 0.042), 0.6 * smoothstep(0.0, 0.3, streaks) * smoothstep(9.0, 1.0, in.high));
         let crusts = fractal_noise2(in.uv * 6.5, metres * 6.5, 17u);
-        albedo = mix(albedo, vec3(0.300, 0.310, 0.260), 0.45 * smoothstep(0.12, 0.2, crusts));
+        albedo = mix(albedo, vec3(0.260, 0.270, 0.220), 0.35 * smoothstep(0.12, 0.2, crusts));
         // Moss and soil climb the foot.
         let moss = smoothstep(0.1, 0.5, fractal_noise2(in.uv * 3.0, 0.0, 12u) + 0.55 - 0.45 * in.high) * (1.0 - 0.5 * surface_bark.dark);
         albedo = mix(albedo, vec3(0.050, 0.062, 0.020), 0.65 * moss);

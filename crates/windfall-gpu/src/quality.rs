@@ -30,6 +30,8 @@ pub struct Quality {
     pub grass: bool,
     /// Whether woods and hills stand beyond the terrain.
     pub backdrop: bool,
+    /// Whether pixels are filtered from samples of their neighbours too: softer edges that crawl less.
+    pub reconstruction: bool,
 }
 
 impl Quality {
@@ -47,6 +49,7 @@ impl Quality {
         bark_relief: false,
         grass: false,
         backdrop: true,
+        reconstruction: false,
     };
     /// Between the two.
     pub const MEDIUM: Self = Self {
@@ -55,6 +58,7 @@ impl Quality {
         veins: true,
         gloss: true,
         ground_detail: true,
+        reconstruction: true,
         ..Self::LOW
     };
     /// Everything; the default.
@@ -76,6 +80,7 @@ impl Quality {
             self.gloss,
             self.transmission,
             self.openness,
+            self.reconstruction,
         ]
         .iter()
         .enumerate()

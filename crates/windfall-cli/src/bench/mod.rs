@@ -1,6 +1,7 @@
 //! `windfall bench`: measurements in one process, interleaved, on the adapter at hand.
 
 mod bare;
+mod crawl;
 mod falling;
 mod picture;
 mod plots;

@@ -5,6 +5,7 @@
 //! in turn with the whole picture, and what a frame takes less is its row.
 
 use super::Spread;
+use super::crawl;
 use super::stand::{Easel, Measured};
 use crate::gpu::Gpu;
 use crate::render::parse_size;
@@ -31,6 +32,10 @@ pub struct Args {
     /// Measure each effect of the highest preset too, by switching it off
     #[arg(long)]
     effects: bool,
+    /// Measure instead how restless edges are: the change from frame to frame over that of
+    /// supersampled frames, while the camera walks
+    #[arg(long, conflicts_with_all = ["effects", "json"])]
+    crawl: bool,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -70,7 +75,7 @@ enum Part {
 type Switch = fn(&mut View);
 
 /// Each effect of the highest preset, with its switch.
-const EFFECTS: [(&str, Switch); 16] = [
+const EFFECTS: [(&str, Switch); 17] = [
     ("shadows", |v| v.shadows = false),
     ("shadow maps of 2048, not 1024", |v| v.quality.shadow_size = 1024),
     ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.penumbrae) = (4, false)),
@@ -84,6 +89,7 @@ const EFFECTS: [(&str, Switch); 16] = [
     ("bark relief", |v| v.quality.bark_relief = false),
     ("grass", |v| v.quality.grass = false),
     ("backdrop", |v| v.quality.backdrop = false),
+    ("reconstruction", |v| v.quality.reconstruction = false),
     ("aerial perspective", |v| v.sky.haze = 0.0),
     ("clouds", |v| v.sky.clouds = 0.0),
     ("all of them", |v| {
@@ -173,6 +179,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         });
         let Ok(stage) = built;
         let forest = easel.forest(&gpu, &stage, &stage.falls);
+        if args.crawl {
+            let of = (&scene, &stage);
+            let frames = args.frames + 1;
+            let crawl = crawl::measure(&mut gpu, &easel.renderer, &forest, of, args.size, frames)?;
+            println!("{name}: {crawl:.2}");
+            continue;
+        }
         let kinds = kinds(&scene.view(scene.time, &stage.forest.terrain), args.effects);
         let mut rounds = Vec::new();
         // In the first round pipelines compile: it is not measured.
@@ -247,10 +260,12 @@ mod tests {
             bark_relief,
             grass,
             backdrop,
+            reconstruction,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
         let on = [penumbrae, sway, veins, gloss, transmission, openness, ground_detail];
-        assert!(!on.contains(&true) && ![bark_relief, grass, backdrop].contains(&true));
+        let also = [bark_relief, grass, backdrop, reconstruction];
+        assert!(!on.contains(&true) && !also.contains(&true));
         assert!(!off.shadows && off.sky.haze == 0.0 && off.sky.clouds == 0.0);
     }
 

@@ -10,6 +10,7 @@ const BACKDROP: u32 = 32u;
 const GLOSS: u32 = 64u;
 const TRANSMISSION: u32 = 128u;
 const OPENNESS: u32 = 256u;
+const RECONSTRUCTION: u32 = 512u;
 
 fn has(effect: u32) -> bool {
     return (frame.effects & effect) != 0u;

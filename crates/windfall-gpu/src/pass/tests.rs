@@ -364,3 +364,23 @@ fn branches_widen_as_on_the_cpu() {
         assert!((out.x - expected).abs() < 1e-5, "{branch:?} {error}: {} for {expected}", out.x);
     }
 }
+
+/// The grey of a card is what it was, a stop more is 1.2 stops more, and red to green to blue is as in
+/// the scene.
+#[test]
+fn a_picture_has_the_contrast_of_the_system_gamma_and_the_hues_of_the_scene() {
+    let light = light();
+    let grey = Vec4::new(0.18, 0.18, 0.18, 0.0);
+    let red = Vec4::new(0.5, 0.1, 0.02, 0.0);
+    let inputs = [grey, grey * 2.0, red, red * 2.0, Vec4::ZERO].map(|v| [v; 4]);
+    let source = include_str!("../../shaders/tone_map.wgsl");
+    let frame = frame(0.0, &Wind::calm(), &light);
+    let got = run(&frame, &light, source, "out = vec4(system(a[0].rgb), 0.0);", &inputs);
+    let gain = 2.0f32.powf(1.2);
+    assert!(got[0].abs_diff_eq(grey, 1e-4), "{}", got[0]);
+    for [once, stop] in [[got[0], got[1]], [got[2], got[3]]] {
+        assert!(stop.abs_diff_eq(once * gain, 1e-3), "{once} {stop}");
+    }
+    assert!((got[2] / got[2].x).abs_diff_eq(red / red.x, 1e-3), "{}", got[2]);
+    assert_eq!(got[4], Vec4::ZERO);
+}

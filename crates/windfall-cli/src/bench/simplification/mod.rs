@@ -1,7 +1,7 @@
 //! `windfall bench simplification`: what stochastic simplification and culling save, and what they
 //! cost in the picture (SFS 4.2, 5 and beyond).
 
-mod error;
+pub(super) mod error;
 mod fade;
 mod plain;
 mod speed;

@@ -48,8 +48,8 @@ pub fn oak() -> Params {
                 mesh: [10, 8],
             },
             Level {
-                density: 2.9,
-                from: 0.3,
+                density: 3.6,
+                from: 0.26,
                 angle: [60.0, 30.0],
                 length: [0.42, 0.42, 0.2],
                 vary: 0.3,
@@ -64,7 +64,7 @@ pub fn oak() -> Params {
                 density: 4.6,
                 from: 0.15,
                 angle: [55.0, 25.0],
-                length: [0.32, 0.34, 0.22],
+                length: [0.38, 0.4, 0.3],
                 vary: 0.3,
                 flat: 0.3,
                 lift: [0.1, 0.3],
@@ -75,9 +75,9 @@ pub fn oak() -> Params {
             },
         ],
         leaves: Leaves {
-            count: 8600,
+            count: 12_500,
             length: 0.11,
-            enlarge: 2.15,
+            enlarge: 2.1,
             per_node: 1,
             petiole: 0.0,
             angle: 50.0,
@@ -99,9 +99,9 @@ pub fn oak() -> Params {
                 curl: 25.0,
             },
         },
-        bark: bark(0x7d7263, 0x3a332c, 0.11, BarkPattern::Furrowed),
+        bark: bark(0x6c6256, 0x352f28, 0.11, BarkPattern::Furrowed),
         twig: srgb(0x5f5142),
-        palette: palette(&[0x4c6b28, 0x7a7a2c, 0xa57b2a, 0xa6682a, 0x7e4a22], 0.45),
+        palette: palette(&[0x5d702a, 0x7a7a2c, 0xa57b2a, 0xa6682a, 0x7e4a22], 0.45),
     }
 }
 
@@ -173,12 +173,16 @@ pub fn maple() -> Params {
             outline: Outline {
                 midrib: &[0.12, 1.0],
                 edge: &[
-                    [0.15, 0.02],
-                    [0.47, 0.1],
-                    [0.36, 0.3],
-                    [0.62, 0.6],
-                    [0.26, 0.58],
-                    [0.2, 0.76],
+                    [0.11, 0.02],
+                    [0.43, 0.04],
+                    [0.36, 0.21],
+                    [0.55, 0.27],
+                    [0.5, 0.4],
+                    [0.67, 0.63],
+                    [0.43, 0.6],
+                    [0.2, 0.49],
+                    [0.32, 0.76],
+                    [0.15, 0.79],
                 ],
                 fold: 10.0,
                 curl: 22.0,
@@ -186,7 +190,7 @@ pub fn maple() -> Params {
         },
         bark: bark(0x7a7167, 0x4a433c, 0.07, BarkPattern::Plated),
         twig: srgb(0x5b4a3c),
-        palette: palette(&[0x55782c, 0x9aa033, 0xe0b233, 0xe07a22, 0xc23d1d, 0x8c3a20], 0.45),
+        palette: palette(&[0x6b7f2f, 0x9aa033, 0xe0b233, 0xe07a22, 0xc23d1d, 0x8c3a20], 0.45),
     }
 }
 
@@ -257,14 +261,14 @@ pub fn birch() -> Params {
             areal_density: 0.070,
             outline: Outline {
                 midrib: &[0.0, 1.0],
-                edge: &[[0.3, 0.08], [0.41, 0.28], [0.31, 0.36], [0.31, 0.48], [0.13, 0.7]],
+                edge: &[[0.27, 0.06], [0.41, 0.23], [0.36, 0.42], [0.2, 0.66], [0.07, 0.87]],
                 fold: 12.0,
                 curl: 25.0,
             },
         },
         bark: bark(0xe4dfd4, 0x33302d, 0.16, BarkPattern::Papery),
         twig: srgb(0x4e3a33),
-        palette: palette(&[0x5e7f2f, 0x9aa637, 0xdcbf3a, 0xe3b02e, 0xb98a35], 0.4),
+        palette: palette(&[0x72852f, 0x9aa637, 0xdcbf3a, 0xe3b02e, 0xb98a35], 0.4),
     }
 }
 
@@ -335,14 +339,14 @@ pub fn beech() -> Params {
             areal_density: 0.065,
             outline: Outline {
                 midrib: &[0.0, 0.5, 1.0],
-                edge: &[[0.24, 0.18], [0.33, 0.45], [0.22, 0.78]],
+                edge: &[[0.2, 0.1], [0.33, 0.34], [0.3, 0.6], [0.14, 0.87]],
                 fold: 14.0,
                 curl: 18.0,
             },
         },
-        bark: bark(0x8c8b84, 0x6c6a63, 0.25, BarkPattern::Smooth),
+        bark: bark(0x8d8b83, 0x58564f, 0.25, BarkPattern::Smooth),
         twig: srgb(0x5c4b40),
-        palette: palette(&[0x4f7029, 0x9a922e, 0xc98a2c, 0xb8602a, 0x7f4526], 0.4),
+        palette: palette(&[0x66752c, 0x9a922e, 0xc98a2c, 0xb8602a, 0x7f4526], 0.4),
     }
 }
 
@@ -413,7 +417,7 @@ pub fn aspen() -> Params {
             areal_density: 0.075,
             outline: Outline {
                 midrib: &[0.0, 1.0],
-                edge: &[[0.34, 0.06], [0.51, 0.34], [0.45, 0.64], [0.2, 0.9]],
+                edge: &[[0.26, 0.02], [0.48, 0.2], [0.51, 0.45], [0.38, 0.72], [0.15, 0.92]],
                 fold: 8.0,
                 curl: 14.0,
             },

@@ -16,7 +16,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    fn of(rgba: &[u8], (width, height): (u32, u32)) -> Self {
+    pub fn of(rgba: &[u8], (width, height): (u32, u32)) -> Self {
         let table: Vec<f32> = (0..=255u8).map(linear).collect();
         let pixel = |p: &[u8]| Vec3::from([p[0], p[1], p[2]].map(|v| table[usize::from(v)]));
         Self { width, height, pixels: rgba.chunks_exact(4).map(pixel).collect() }

@@ -7,7 +7,7 @@
 //! variance are those of leaves alone, without wood, ground and sky; FLIP and flicker are those of the
 //! whole picture.
 
-mod measure;
+pub(in crate::bench) mod measure;
 mod plot;
 mod rival;
 
