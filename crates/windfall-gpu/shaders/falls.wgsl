@@ -1,7 +1,7 @@
 // Leaves that have left their twigs, in the air and on the ground: landing, pose, compaction.
 
 @group(1) @binding(0) var<uniform> fall: FallFrame;
-@group(1) @binding(1) var<storage, read> tables: array<vec4<u32>>;
+@group(1) @binding(1) var table_texels: texture_2d<u32>;
 @group(1) @binding(2) var<storage, read> streams: array<Stream>;
 // For each workgroup of `pose` its stream, and the first of its slots there. Then the shed lists; behind
 // those of thrown leaves when they detach.
@@ -32,13 +32,11 @@ override occlusion: bool = false;
 
 // Tallies.
 const TALLIES: u32 = 12u;
+// Slots of a workgroup of `pose`.
+const GROUP: u32 = 256u;
 // Workgroups in a row of a dispatch, and most of `land`.
 const ROW: u32 = 32768u;
 const SIGN: u32 = 0x80000000u;
-
-fn table(i: u32) -> vec4<u32> {
-    return tables[i];
-}
 
 // Which leaves of a stream have detached, and what all its leaves have in common, close together.
 struct Window {
@@ -259,15 +257,12 @@ fn fill(slot: u32, constants: LeafConstants) {
 }
 
 fn in_view(position: vec3<f32>, radius: f32) -> bool {
-    if distance(position, frame.eye) < fall.shadow_reach {
-        return true;
-    }
-    for (var i = 0u; i < 5u; i++) {
-        if dot(fall.frustum[i], vec4(position, 1.0)) < -radius {
-            return false;
-        }
-    }
-    return true;
+    let at = vec4(position, 1.0);
+    let sides = min(
+        min(dot(fall.frustum[0], at), dot(fall.frustum[1], at)),
+        min(dot(fall.frustum[2], at), dot(fall.frustum[3], at)),
+    );
+    return min(sides, dot(fall.frustum[4], at)) >= -radius || distance(position, frame.eye) < fall.shadow_reach;
 }
 
 // What is constant for the leaf of an entry, but for its landing.
@@ -375,13 +370,12 @@ fn flying_leaf(a: vec4<f32>, b: vec4<u32>, flight: Flight, variant: Variant, gus
     );
 }
 
-// How many leaves are held, and how many of them are drawn: in the air in the lower half of the word,
-// on the ground in the upper.
-var<workgroup> held_count: atomic<u32>;
-var<workgroup> seen_count: atomic<u32>;
+// How many leaves of the workgroup are drawn in the air, drawn on the ground, and held in the air: ten bits
+// each.
+var<workgroup> counts: atomic<u32>;
 var<workgroup> seen_first: u32;
 
-// Where the changing leaves are listed, four a vector: workgroup and thread of `pose` that met them.
+// Where the changing leaves are listed, four a vector: workgroup of `pose`, and which of its slots.
 fn changing_at(i: u32) -> u32 {
     return 2u * fall.slot_count + 4u * fall.stream_count + i / 4u;
 }
@@ -424,16 +418,15 @@ fn entries_back(window: Window, at: u32) -> u32 {
     return window.newest - at + select(0u, window.keep, at > window.newest);
 }
 
-// Poses the leaves that fly and those that lie, and gathers those in view for drawing. Leaves that
-// change are listed for `change`: few at a time, and costlier.
-@compute @workgroup_size(64)
-fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let index = group.y * ROW + group.x;
-    if index >= fall.group_count {
-        return;
-    }
-    let window = window_of(lists[2u * index]);
-    let at = lists[2u * index + 1u] + local;
+// A leaf as `pose` leaves it: whether it is held in the air, and whether it is drawn yet.
+struct Posed {
+    leaf: LooseLeaf,
+    in_air: bool,
+    seen: bool,
+}
+
+// Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `change`.
+fn pose_slot(window: Window, index: u32, at: u32) -> Posed {
     let back = entries_back(window, at);
     let held = at < window.keep && back < window.detached;
     let slot = window.slot_first + select(0u, at, held);
@@ -444,62 +437,94 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let landing = bitcast<f32>(b.x);
     let vanishes = window.detached - 1u - back + window.keep < window.soon;
     var changes = held && (fall.recolor == 1u || vanishes || (!lies && elapsed > landing - settle_time(landing)));
-    var out: LooseLeaf;
+    let in_air = held && !lies && elapsed < landing;
+    var leaf: LooseLeaf;
     if lies {
-        out = lying_leaf(a, b);
+        leaf = lying_leaf(a, b);
     } else {
         let variant = variant_of(b.y, a.xyz);
         let flight = flight_of(variant.flight);
         // The paper's variation follows from the leaf's place on the twig, which slots do not hold.
         let slow = fall.paper_variation == 1u || near_twig(flight, variant, elapsed);
         changes = changes || (held && slow);
-        out = flying_leaf(a, b, flight, variant, window.gusts);
+        leaf = flying_leaf(a, b, flight, variant, window.gusts);
     }
     if changes {
         let i = atomicAdd(&counters[5u * fall.bin_count + 9u], 1u);
-        slots[changing_at(i)][i % 4u] = index * 64u + local;
+        slots[changing_at(i)][i % 4u] = index * GROUP + at % GROUP;
         if i % 64u == 0u && i < 64u * ROW {
             atomicAdd(&counters[5u * fall.bin_count + 8u], 1u);
         }
     }
-    let in_air = !lies && elapsed < landing;
-    out.scale *= kept_size(window, select(0u, window.detached - 1u - back, held));
-    var seen = held && !changes && out.scale > 0.0 && in_view(out.position, window.radius * out.scale);
-    if occlusion && held && !changes && in_air {
+    leaf.scale *= kept_size(window, select(0u, window.detached - 1u - back, held));
+    var seen = held && !changes && leaf.scale > 0.0 && in_view(leaf.position, window.radius * leaf.scale);
+    if occlusion && !changes && in_air {
         if seen {
             let what = watch(slot);
-            mark_sight(&out, what);
+            mark_sight(&leaf, what);
             if what != SHOW {
-                add_watched(out, what, window, slot);
+                add_watched(leaf, what, window, slot);
                 seen = false;
             }
         } else {
             forget_sight(slot);
         }
     }
-    if held {
-        atomicAdd(&held_count, select(0x10000u, 1u, in_air));
+    return Posed(leaf, in_air, seen);
+}
+
+// The leaf's part of `counts`.
+fn counted(posed: Posed) -> u32 {
+    return select(0u, 0x100000u, posed.in_air) + select(0u, select(0x400u, 1u, posed.in_air), posed.seen);
+}
+
+// Poses the leaves that fly and those that lie, and gathers those in view for drawing. Leaves that
+// change are listed for `change`: few at a time, and costlier. A thread has several slots, a workgroup's
+// size apart: what they have in common is read once.
+@compute @workgroup_size(64)
+fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let index = group.y * ROW + group.x;
+    if index >= fall.group_count {
+        return;
     }
-    var place = 0u;
-    if seen {
-        let before = atomicAdd(&seen_count, select(0x10000u, 1u, in_air));
-        place = (before & 0xffffu) + (before >> 16u);
-    }
+    let window = window_of(lists[2u * index]);
+    let first = lists[2u * index + 1u];
+    let p0 = pose_slot(window, index, first + local);
+    let p1 = pose_slot(window, index, first + 64u + local);
+    let p2 = pose_slot(window, index, first + 128u + local);
+    let p3 = pose_slot(window, index, first + 192u + local);
+    let before = atomicAdd(&counts, counted(p0) + counted(p1) + counted(p2) + counted(p3));
     workgroupBarrier();
     if local == 0u {
-        let counts = atomicLoad(&held_count);
-        let drawn_counts = atomicLoad(&seen_count);
+        let all = atomicLoad(&counts);
+        let in_air = all & 0x3ffu;
+        let on_ground = (all >> 10u) & 0x3ffu;
+        // The first so many slots hold leaves.
+        let held = min(window.keep, window.detached);
+        let held_here = min(held - min(first, held), GROUP);
         let tally = 5u * fall.bin_count;
-        atomicAdd(&counters[tally], counts & 0xffffu);
-        atomicAdd(&counters[tally + 1u], drawn_counts & 0xffffu);
-        atomicAdd(&counters[tally + 2u], counts >> 16u);
-        atomicAdd(&counters[tally + 3u], drawn_counts >> 16u);
-        let count = (drawn_counts & 0xffffu) + (drawn_counts >> 16u);
-        seen_first = atomicAdd(&counters[5u * window.bin + 1u], count);
+        atomicAdd(&counters[tally], all >> 20u);
+        atomicAdd(&counters[tally + 1u], in_air);
+        atomicAdd(&counters[tally + 2u], held_here - (all >> 20u));
+        atomicAdd(&counters[tally + 3u], on_ground);
+        seen_first = atomicAdd(&counters[5u * window.bin + 1u], in_air + on_ground);
     }
     workgroupBarrier();
-    if seen {
-        drawn[window.bin_first + seen_first + place] = out;
+    var place = window.bin_first + seen_first + (before & 0x3ffu) + ((before >> 10u) & 0x3ffu);
+    if p0.seen {
+        drawn[place] = p0.leaf;
+        place += 1u;
+    }
+    if p1.seen {
+        drawn[place] = p1.leaf;
+        place += 1u;
+    }
+    if p2.seen {
+        drawn[place] = p2.leaf;
+        place += 1u;
+    }
+    if p3.seen {
+        drawn[place] = p3.leaf;
     }
 }
 
@@ -509,9 +534,9 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = atomicLoad(&counters[5u * fall.bin_count + 9u]);
     for (var i = id.x; i < count; i += 64u * ROW) {
         let listed = slots[changing_at(i)][i % 4u];
-        let stream = lists[2u * (listed / 64u)];
+        let stream = lists[2u * (listed / GROUP)];
         let window = window_of(stream);
-        let at = lists[2u * (listed / 64u) + 1u] + listed % 64u;
+        let at = lists[2u * (listed / GROUP) + 1u] + listed % GROUP;
         let slot = window.slot_first + at;
         let entry = window.detached - 1u - entries_back(window, at);
         var out = changing_leaf(stream, slot, entry, window.gusts);

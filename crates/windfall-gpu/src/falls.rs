@@ -7,6 +7,7 @@
 //! time runs backwards all are filled anew, so that any time gives the same picture as playing up to it.
 
 use crate::events::{DetachEvent, Thrown};
+use crate::listed::table_view;
 use crate::pass::GpuOcclusion;
 use crate::renderer::Renderer;
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
@@ -28,8 +29,11 @@ use windfall_core::wind::Wind;
 /// What is bound where there is nothing: as large as the largest element.
 pub(crate) const EMPTY: &[u8] = &[0; size_of::<Model>()];
 
-/// Threads of a workgroup, and the grain of slots.
-pub(crate) const GROUP: u32 = 64;
+/// Threads of a workgroup.
+pub(crate) const THREADS: u32 = 64;
+
+/// Slots of a workgroup that poses them: `GROUP` in `shaders/falls.wgsl`.
+const GROUP: u32 = 256;
 
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 12;
@@ -207,7 +211,7 @@ pub(crate) struct GpuFalls {
 
 impl GpuFalls {
     pub fn new(
-        device: &wgpu::Device,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
         renderer: &Renderer,
         trees: &[Tree],
         models: &[Model],
@@ -271,9 +275,9 @@ impl GpuFalls {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let tables = table_view(device, queue, tables);
         let buffers = [
             &uniform,
-            &storage("path tables", bytemuck::cast_slice(&tables)),
             &storage("streams", bytemuck::cast_slice(&plan.streams)),
             &storage("shed lists", bytemuck::cast_slice(&list)),
             &storage("leaf records", bytemuck::cast_slice(&records.records)),
@@ -283,13 +287,11 @@ impl GpuFalls {
             &counters,
             lists,
         ];
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
-            .iter()
-            .enumerate()
-            .map(|(i, buffer)| wgpu::BindGroupEntry {
-                binding: i as u32,
-                resource: buffer.as_entire_binding(),
-            })
+        let mut resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
+        resources.insert(1, wgpu::BindingResource::TextureView(&tables));
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("falls"),

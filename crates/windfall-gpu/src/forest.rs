@@ -142,8 +142,15 @@ impl GpuForest {
         let listed = (falls.strategy != Strategy::Compute)
             .then(|| ListedFalls::new(device, queue, renderer, trees, &uniforms, forest, falls));
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
-        let falls =
-            GpuFalls::new(device, renderer, trees, &uniforms, forest, on_gpu, &list_uniform);
+        let falls = GpuFalls::new(
+            (device, queue),
+            renderer,
+            trees,
+            &uniforms,
+            forest,
+            on_gpu,
+            &list_uniform,
+        );
         let lists =
             renderer.cull.lists(device, &gpu_trees, &uniforms, list_uniform, &falls.uniform);
         let mut totals = FrameStats::default();

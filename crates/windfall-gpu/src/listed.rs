@@ -12,7 +12,7 @@ use wgpu::util::DeviceExt;
 use windfall_core::forest::Forest;
 use windfall_core::tree::Tree;
 
-/// Texels in a row of the path tables: as `shaders/shared/texture_table.wgsl`.
+/// Texels in a row of the path tables: as `shaders/shared/tables.wgsl`.
 const TABLE_WIDTH: u32 = 1024;
 /// Texels of a leaf in the leaf texture.
 const LEAF_TEXELS: u32 = 5;
@@ -362,7 +362,7 @@ pub(crate) fn texture(
 }
 
 /// The tables as a texture.
-fn table_view(
+pub(crate) fn table_view(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     mut table: Vec<UVec4>,

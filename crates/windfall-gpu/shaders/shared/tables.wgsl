@@ -1,4 +1,9 @@
-// Path tables and terrain as one list of vectors, read through table(i), which the pass declares.
+// Path tables and terrain as one list of vectors, in the texture table_texels, which the pass declares:
+// what every leaf reads at another place is cheaper from a texture than from a buffer.
+
+fn table(i: u32) -> vec4<u32> {
+    return textureLoad(table_texels, vec2(i & 1023u, i >> 10u), 0);
+}
 
 struct PathSample {
     // Displacement from the sample to which laps return.

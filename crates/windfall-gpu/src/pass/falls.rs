@@ -4,7 +4,7 @@ use super::{
     Shaders, compose,
     draw::{Draw, DrawTarget},
 };
-use crate::falls::{GROUP, GpuFalls, List, ShapeVertex};
+use crate::falls::{GpuFalls, List, ShapeVertex, THREADS};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
 
@@ -31,16 +31,25 @@ const SHARED: [&str; 6] = [
 ];
 
 fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
-    // Uniforms of the falls come first, those of the lists of trees last.
-    let uniform = wgpu::BufferBindingType::Uniform;
-    let entries: Vec<wgpu::BindGroupLayoutEntry> = std::iter::once(uniform)
-        .chain(writable.iter().map(|w| wgpu::BufferBindingType::Storage { read_only: !w }))
+    // Uniforms of the falls come first, then the tables; those of the lists of trees last.
+    let buffer =
+        |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let tables = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Uint,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let storage = |w: &bool| buffer(wgpu::BufferBindingType::Storage { read_only: !w });
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = [uniform, tables]
+        .into_iter()
+        .chain(writable.iter().map(storage))
         .chain([uniform])
-        .enumerate()
-        .map(|(i, ty)| wgpu::BindGroupLayoutEntry {
-            binding: i as u32,
+        .zip(0..)
+        .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
+            binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            ty,
             count: None,
         })
         .collect();
@@ -100,8 +109,7 @@ pub(super) fn kernel(
 impl Falls {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
         let device = shaders.device;
-        let layout_falls =
-            layout(device, "falls", &[false, false, false, false, false, true, true, true]);
+        let layout_falls = layout(device, "falls", &[false, false, false, false, true, true, true]);
         let compute = |label| kernel(shaders, &layout_falls, label, false);
         let draw = |label, fragment, alpha_to_coverage, target| {
             shaders.pipeline(&Draw {
@@ -140,7 +148,7 @@ impl Falls {
     pub fn find(&self, pass: &mut wgpu::ComputePass<'_>, falls: &GpuFalls) {
         pass.set_bind_group(1, &falls.bind_group, &[]);
         pass.set_pipeline(&self.windows);
-        pass.dispatch_workgroups(falls.stream_count.div_ceil(GROUP), 1, 1);
+        pass.dispatch_workgroups(falls.stream_count.div_ceil(THREADS), 1, 1);
         pass.set_pipeline(&self.find);
         dispatch(pass, falls.stream_count);
     }
