@@ -6,6 +6,7 @@
 use glam::{Vec2, Vec3};
 use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+use windfall_core::foliage::Foliage;
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
@@ -501,4 +502,40 @@ fn a_stop_more_is_the_system_gamma_more_light() {
     let ratio = mean(&bright) / mean(&dim);
     let want = 2.0f32.powf(1.2);
     assert!((ratio / want - 1.0).abs() < 0.015, "{ratio} for {want}");
+}
+
+#[test]
+fn bare_trees_keep_their_crowns_far_away() {
+    // A pixel is half a metre wide: nearly all branches are thinner, and fewer are drawn, wider.
+    let bald = |species: Species| {
+        let mut tree = species.grow(1);
+        tree.foliage = Foliage { materials: tree.foliage.materials.clone(), ..Foliage::default() };
+        tree
+    };
+    for species in [Species::Oak, Species::Birch, Species::Maple] {
+        let instances = (0..6).map(|i| {
+            let x = 14.0 * (i as f32 - 2.5);
+            Instance { yaw: i as f32, ..stand(Vec3::new(x, 0.0, 0.0), 0) }
+        });
+        let forest = Forest { terrain: Terrain::flat(), instances: instances.collect() };
+        let trees = upload(&[bald(species)], &forest, &Falls::none());
+        let nothing = Forest { terrain: Terrain::flat(), instances: Vec::new() };
+        let nothing = upload(&[bald(species)], &nothing, &Falls::none());
+        let with = |detail| View {
+            detail,
+            ..plain_view(Vec3::new(0.0, 3.0, 55.0), Vec3::new(0.0, 3.0, 0.0), 0.6, false)
+        };
+        // What the trees take of the light of the sky behind them, above three metres.
+        let taken = |detail| {
+            let pairs =
+                paint(&trees, &with(detail)).into_iter().zip(paint(&nothing, &with(detail)));
+            let rows = 44 * SIZE.0 as usize * 4;
+            pairs.take(rows).map(|(a, b)| f64::from(b.abs_diff(a))).sum::<f64>()
+        };
+        let (simple, full) = (taken(Simplification::DEFAULT), taken(Simplification::NONE));
+        println!("{species}: {}", simple / full);
+        // Tubes of a few sides have up to a quarter less surface than those they stand for.
+        assert!((0.7..1.15).contains(&(simple / full)), "{species}: {simple} for {full}");
+        assert!(full > 2e4, "{species}: {full}");
+    }
 }
