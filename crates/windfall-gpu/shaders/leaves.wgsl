@@ -21,6 +21,7 @@ struct LeafVertex {
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) world: vec3<f32>,
+    // Of leaves lit at their vertices, their radiance.
     @location(1) normal: vec3<f32>,
     // What reaches the leaf of the sun, of one far away, in `w`.
     @location(2) bent_normal_reach: vec4<f32>,
@@ -38,6 +39,8 @@ struct Varyings {
 override far: bool = false;
 // Whether the pass has colours. Shadow maps have none.
 override lit: bool = true;
+// Whether leaves are lit at their vertices: far ones without pictures, which are a few pixels wide.
+override lit_at_vertices: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
@@ -137,6 +140,9 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     // The mean of leaves at this depth: a far crown keeps its light side and its dark middle.
     let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
     out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
+    if lit_at_vertices {
+        out.normal = in_the_air(leaf_radiance(out, tinted(out.color, surfaces[out.material]), 1.0), out.world);
+    }
     return out;
 }
 
@@ -204,7 +210,8 @@ fn loose_vertex(in: LooseVertex) -> Varyings {
 }
 
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
-fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+// `pixel` is the size of a pixel on the leaf, in leaves.
+fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     let view = normalize(frame.eye - in.world);
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, view) >= 0.0);
@@ -229,7 +236,6 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     var scattered = leaf_body(leaf, front, back, dot(bent, sun), 0.3, max(dot(normal, view), 1e-3));
     if !far && has(GLOSS) {
         // Glints smaller than a pixel would sparkle: leaves of a few pixels have little.
-        let pixel = max(fwidth(in.uv.x), fwidth(in.uv.y));
         scattered += leaf_gloss(normal, facing, sun, view) * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
     }
     let direct = frame.sun_color * reach * scattered;
@@ -270,11 +276,16 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     return color * shade * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dried);
 }
 
-fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+fn in_the_air(radiance: vec3<f32>, world: vec3<f32>) -> vec3<f32> {
     if frame.show == SHOW_COVERAGE {
         return vec3(1.0);
     }
-    return through_air(leaf_radiance(in, albedo), in.world);
+    return through_air(radiance, world);
+}
+
+fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
+    let pixel = max(fwidth(in.uv.x), fwidth(in.uv.y));
+    return in_the_air(leaf_radiance(in, albedo, pixel), in.world);
 }
 
 @fragment
@@ -283,6 +294,9 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 }
 
 fn solid_color(in: Varyings) -> vec4<f32> {
+    if lit_at_vertices {
+        return vec4(in.normal, 1.0);
+    }
     let surface = surfaces[in.material];
     var albedo = venation(in.uv, tinted(in.color, surface));
     if surface.layer >= 0 {

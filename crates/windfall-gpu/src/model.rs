@@ -64,6 +64,8 @@ pub(crate) struct Part {
     pub bind_group: wgpu::BindGroup,
     /// Whether some texel of it is a hole.
     pub masked: bool,
+    /// Whether it has pictures.
+    pub pictures: bool,
 }
 
 /// A tree model in the GPU's memory.
@@ -236,6 +238,7 @@ fn part(
         indices: init("indices", bytemuck::cast_slice(indices), wgpu::BufferUsages::INDEX),
         bind_group,
         masked: materials.iter().any(|m| m.alpha_cutoff.is_some()),
+        pictures: array.layers.iter().any(Option::is_some),
     }
 }
 

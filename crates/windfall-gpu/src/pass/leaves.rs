@@ -6,7 +6,7 @@ use super::{
     draw_parts, tree_instances,
 };
 use crate::forest::GpuForest;
-use crate::model::LeafVertex;
+use crate::model::{LeafVertex, Part};
 use windfall_core::simplify::FadeBy;
 
 pub(crate) struct Leaves {
@@ -14,12 +14,18 @@ pub(crate) struct Leaves {
     shadow: Pipelines,
 }
 
-/// Pipelines for leaves without and with holes: of trees in full, which have no leaf that fades, and
-/// of simplified trees.
+/// Pipelines of trees in full, which have no leaf that fades, and of simplified trees.
 struct Pipelines {
-    near: [wgpu::RenderPipeline; 2],
-    by_size: [wgpu::RenderPipeline; 2],
-    by_opacity: [wgpu::RenderPipeline; 2],
+    near: Kinds,
+    by_size: Kinds,
+    by_opacity: Kinds,
+}
+
+/// Pipelines for leaves without pictures, with pictures, and with holes in them.
+type Kinds = [wgpu::RenderPipeline; 3];
+
+fn kind(part: &Part) -> usize {
+    if part.masked { 2 } else { usize::from(part.pictures) }
 }
 
 impl Leaves {
@@ -29,53 +35,57 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline =
-            |far: bool, vertex, fragment: Option<&'static str>, alpha_to_coverage, target| {
-                shaders.pipeline(&Draw {
-                    label: fragment.unwrap_or("leaf shadow"),
-                    source: include_str!("../../shaders/leaves.wgsl"),
-                    groups: &[part_layout],
-                    buffers: &[vertices.clone(), tree_instances()],
-                    cull: None,
-                    vertex,
-                    fragment,
-                    alpha_to_coverage,
-                    target,
-                    constants: &[
-                        ("far", f64::from(u8::from(far))),
-                        ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
-                    ],
-                })
+        let pipeline = |far: bool,
+                        lit_at_vertices: bool,
+                        vertex,
+                        fragment: Option<&'static str>,
+                        coverage,
+                        target| {
+            shaders.pipeline(&Draw {
+                label: fragment.unwrap_or("leaf shadow"),
+                source: include_str!("../../shaders/leaves.wgsl"),
+                groups: &[part_layout],
+                buffers: &[vertices.clone(), tree_instances()],
+                cull: None,
+                vertex,
+                fragment,
+                alpha_to_coverage: coverage,
+                target,
+                constants: &[
+                    ("far", f64::from(u8::from(far))),
+                    ("lit_at_vertices", f64::from(u8::from(lit_at_vertices))),
+                    ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
+                ],
+            })
+        };
+        let kinds = |far, vertex, solid, masked, target| {
+            let radiance = target == DrawTarget::Radiance;
+            let with_pictures = pipeline(far, false, vertex, solid, false, target);
+            let plain = if far && radiance {
+                pipeline(far, true, vertex, solid, false, target)
+            } else {
+                with_pictures.clone()
             };
+            [plain, with_pictures, pipeline(far, false, vertex, masked, radiance, target)]
+        };
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
+        let fade = Some("fade_shadow");
         Self {
             radiance: Pipelines {
-                near: [
-                    pipeline(false, "vertex", Some("solid"), false, picture),
-                    pipeline(false, "vertex", Some("masked"), true, picture),
-                ],
-                by_size: [
-                    pipeline(true, "vertex", Some("solid"), false, picture),
-                    pipeline(true, "vertex", Some("masked"), true, picture),
-                ],
-                by_opacity: [
-                    pipeline(true, "opaque_vertex", Some("solid_fade"), false, picture),
-                    pipeline(true, "opaque_vertex", Some("masked_fade"), true, picture),
-                ],
+                near: kinds(false, "vertex", Some("solid"), Some("masked"), picture),
+                by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
+                by_opacity: kinds(
+                    true,
+                    "opaque_vertex",
+                    Some("solid_fade"),
+                    Some("masked_fade"),
+                    picture,
+                ),
             },
             shadow: Pipelines {
-                near: [
-                    pipeline(false, "vertex", None, false, map),
-                    pipeline(false, "vertex", Some("masked_shadow"), false, map),
-                ],
-                by_size: [
-                    pipeline(true, "vertex", None, false, map),
-                    pipeline(true, "vertex", Some("masked_shadow"), false, map),
-                ],
-                by_opacity: [
-                    pipeline(true, "opaque_vertex", Some("fade_shadow"), false, map),
-                    pipeline(true, "opaque_vertex", Some("fade_shadow"), false, map),
-                ],
+                near: kinds(false, "vertex", None, Some("masked_shadow"), map),
+                by_size: kinds(true, "vertex", None, Some("masked_shadow"), map),
+                by_opacity: kinds(true, "opaque_vertex", fade, fade, map),
             },
         }
     }
@@ -103,7 +113,7 @@ impl Leaves {
                     let of_near = draws.0.end.min(draws.0.start + 1);
                     if near { draws.0.start..of_near } else { of_near..draws.0.end }
                 },
-                |pass, model| pass.set_pipeline(&pipelines[usize::from(model.leaves.masked)]),
+                |pass, model| pass.set_pipeline(&pipelines[kind(&model.leaves)]),
             );
         }
     }
