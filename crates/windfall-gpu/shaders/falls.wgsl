@@ -30,10 +30,6 @@
 // Whether leaves are tested for being seen. Settled when the pipeline is made: without it nothing is paid.
 override occlusion: bool = false;
 
-// Tallies.
-const TALLIES: u32 = 12u;
-// Slots of a workgroup of `pose`.
-const GROUP: u32 = 256u;
 // Workgroups in a row of a dispatch, and most of `land`.
 const ROW: u32 = 32768u;
 const SIGN: u32 = 0x80000000u;

@@ -32,8 +32,9 @@ pub(crate) const EMPTY: &[u8] = &[0; size_of::<Model>()];
 /// Threads of a workgroup.
 pub(crate) const THREADS: u32 = 64;
 
-/// Slots of a workgroup that poses them: `GROUP` in `shaders/falls.wgsl`.
-const GROUP: u32 = 256;
+/// Slots of a workgroup that poses them.
+pub(crate) const GROUP: u32 = 256;
+const _: () = assert!(GROUP == 4 * THREADS, "`pose` has four slots a thread");
 
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 12;

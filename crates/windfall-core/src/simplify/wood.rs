@@ -282,7 +282,7 @@ mod tests {
             }
             let last = &levels[levels.len() - 1];
             assert!(last.indices.len() < 3 * 100, "{species}: {}", last.indices.len());
-            assert!(last.error < 4.0, "{species}: {}", last.error);
+            assert!(last.error < 1.25, "{species}: {}", last.error);
         }
     }
 

@@ -4,7 +4,7 @@ use super::{
     Shaders, compose,
     draw::{Draw, DrawTarget},
 };
-use crate::falls::{GpuFalls, List, ShapeVertex, THREADS};
+use crate::falls::{GROUP, GpuFalls, List, ShapeVertex, TALLIES, THREADS};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
 
@@ -84,9 +84,12 @@ pub(super) fn kernel(
 ) -> wgpu::ComputePipeline {
     let device = shaders.device;
     let falls = include_str!("../../shaders/falls.wgsl");
+    let constants = format!("const TALLIES: u32 = {TALLIES}u;\nconst GROUP: u32 = {GROUP}u;\n");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
-        source: wgpu::ShaderSource::Wgsl(compose(&[&SHARED[..], &[falls]].concat()).into()),
+        source: wgpu::ShaderSource::Wgsl(
+            compose(&[&SHARED[..], &[&constants, falls]].concat()).into(),
+        ),
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(label),
