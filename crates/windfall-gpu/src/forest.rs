@@ -7,6 +7,7 @@ use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::pass::cull::{Cull, GpuLists};
 use crate::pass::ground::GroundMesh;
+use crate::pass::quads::HangingQuads;
 use crate::renderer::Renderer;
 use crate::shared::{Crown, Model, TreeList, TreeRecord};
 use crate::strategy::Strategy;
@@ -24,12 +25,17 @@ use windfall_core::wind::Wind;
 pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4];
 
+/// Most leaves on the twigs that are drawn as quads, 64 bytes each. What there is more of is drawn as it was.
+const MOST_QUADS: u32 = 1 << 19;
+
 /// A forest uploaded once and drawn in many frames.
 pub struct GpuForest {
     pub(crate) models: Vec<GpuModel>,
     pub(crate) ground: GroundMesh,
     pub(crate) trees: Trees,
     pub(crate) lists: GpuLists,
+    /// Far leaves that the compute strategy draws as quads.
+    pub(crate) quads: Option<HangingQuads>,
     pub(crate) falls: GpuFalls,
     /// The leaves of a strategy without compute; `falls` is then empty.
     pub(crate) listed: Option<Mutex<ListedFalls>>,
@@ -160,8 +166,9 @@ impl GpuForest {
             totals.leaves_total += tree.foliage.leaves.len() as u64;
             totals.triangles_full += (tree.wood_triangles() + tree.foliage.triangle_count()) as u64;
         }
-        Self {
+        let mut out = Self {
             falls,
+            quads: None,
             listed: listed.map(Mutex::new),
             wind,
             shedding,
@@ -171,7 +178,11 @@ impl GpuForest {
             lists,
             totals,
             models,
+        };
+        if out.listed.is_none() {
+            out.quads = renderer.quads.hanging(device, &out, MOST_QUADS);
         }
+        out
     }
 
     /// Numbers that do not change from frame to frame; the others are 0.

@@ -9,7 +9,7 @@ use half::f16;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::{Foliage, Leaf, LeafShape, Palette};
 use windfall_core::light::leaf;
-use windfall_core::simplify::{Branch, SimpleWood, WoodLevel, simple_shapes};
+use windfall_core::simplify::{Branch, SimpleWood, WoodLevel, as_quad, simple_shapes};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
 
 /// A vertex of the hanging leaves: 40 bytes. Everything of the leaf is repeated in its vertices,
@@ -73,6 +73,9 @@ pub(crate) struct GpuModel {
     pub wood: Part,
     pub leaves: Part,
     pub leaf_count: u32,
+    /// First of four vertices for each leaf, in prune order, where its leaves far away can be drawn by
+    /// [`crate::pass::quads`].
+    pub quads: Option<u32>,
     /// What the leaves are drawn in, in prune order, and the levels of the wood.
     pub leaf_parts: Vec<PartDraw>,
     pub wood_parts: Vec<PartDraw>,
@@ -89,7 +92,7 @@ pub(crate) struct GpuModel {
 pub(crate) fn part_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
         ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     };
@@ -169,6 +172,7 @@ impl GpuModel {
         );
         Self {
             leaf_count: tree.foliage.leaves.len() as u32,
+            quads: leaf_mesh.quads,
             leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
             wood_parts: wood_parts(&wood_ranges),
             fine_wood: levels.partition_point(|level| level.error < COARSE_WOOD) as u32,
@@ -234,7 +238,11 @@ fn part(
         ],
     });
     Part {
-        vertices: init("vertices", vertices, wgpu::BufferUsages::VERTEX),
+        vertices: init(
+            "vertices",
+            vertices,
+            wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE,
+        ),
         indices: init("indices", bytemuck::cast_slice(indices), wgpu::BufferUsages::INDEX),
         bind_group,
         masked: materials.iter().any(|m| m.alpha_cutoff.is_some()),
@@ -367,6 +375,8 @@ struct LeafMesh {
     starts: Vec<u32>,
     /// The same of the leaves in few triangles, for simplified trees.
     simple_starts: Vec<u32>,
+    /// First vertex of those if they are quads of four vertices each, without pictures.
+    quads: Option<u32>,
 }
 
 impl LeafMesh {
@@ -376,6 +386,7 @@ impl LeafMesh {
             indices: Vec::with_capacity(foliage.triangle_count() * 3),
             starts: Vec::new(),
             simple_starts: Vec::new(),
+            quads: None,
         };
         let simple = if simplify { simple_shapes(foliage) } else { Vec::new() };
         let mut firsts = Vec::with_capacity(foliage.leaves.len());
@@ -386,6 +397,15 @@ impl LeafMesh {
             mesh.add(i, leaf, shape);
         }
         mesh.starts.push(mesh.indices.len() as u32);
+        if let Some(quads) = quads(foliage, &simple) {
+            mesh.quads = Some(mesh.vertices.len() as u32);
+            for (i, leaf) in (0..).zip(&foliage.leaves) {
+                mesh.simple_starts.push(mesh.indices.len() as u32);
+                mesh.add(i, leaf, &quads[leaf.shape as usize]);
+            }
+            mesh.simple_starts.push(mesh.indices.len() as u32);
+            return mesh;
+        }
         if simple.iter().all(Option::is_none) {
             mesh.simple_starts.clone_from(&mesh.starts);
             return mesh;
@@ -423,6 +443,19 @@ impl LeafMesh {
             });
         }
     }
+}
+
+/// The shapes of leaves without pictures as quads, if every one has few enough triangles for that;
+/// `simple` are what [`simple_shapes`] has found, nothing where there is nothing to find.
+fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
+    let plain = |m: &Material| {
+        m.alpha_cutoff.is_none() && !matches!(m.surface, tree::Surface::Texture(..))
+    };
+    if simple.is_empty() || !foliage.materials.iter().all(plain) {
+        return None;
+    }
+    let shapes = foliage.shapes.iter().zip(simple);
+    shapes.map(|(shape, simple)| as_quad(simple.as_ref().unwrap_or(shape))).collect()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::pass::shadow::{self, CASCADES, Shadows};
 use crate::pass::sky::{SkyLight, SkyPicture, sky_texture};
 use crate::pass::{
     Cull, DrawTarget, Falls, Grass, Ground, HiZ, Leaves, ListedOcclusion, ListedPasses,
-    ListedTrees, Shaders, SkyDome, ToneMap, Wood,
+    ListedTrees, Quads, Shaders, SkyDome, ToneMap, Wood,
 };
 use crate::shared::{CullFrame, Frame, TreeList};
 use crate::view::{Culling, Show, Sky, View};
@@ -19,6 +19,7 @@ use std::sync::{Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, OwningScope, Scope};
 use windfall_core::forest::Frustum;
 use windfall_core::light::SkyTable;
+use windfall_core::simplify::FadeBy;
 use windfall_core::wind::Wind;
 
 /// Samples per pixel.
@@ -46,6 +47,7 @@ pub struct Renderer {
     grass: Grass,
     wood: Wood,
     leaves: Leaves,
+    pub(crate) quads: Quads,
     pub(crate) falls: Falls,
     pub(crate) listed: ListedPasses,
     sky: SkyDome,
@@ -99,7 +101,7 @@ impl FrameGroup {
 fn sky_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
         ty: wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable: true },
             view_dimension: wgpu::TextureViewDimension::D2,
@@ -239,12 +241,13 @@ impl Renderer {
     /// Builds every pipeline for pictures of `format`, which should be an sRGB format: the output
     /// is linear and the hardware encodes it.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let everywhere = wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE;
         let frame_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
             entries: &[
                 wgpu::BindGroupLayoutEntry {
                     binding: 0,
-                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+                    visibility: everywhere,
                     ty: wgpu::BindingType::Buffer {
                         ty: wgpu::BufferBindingType::Uniform,
                         has_dynamic_offset: false,
@@ -254,7 +257,7 @@ impl Renderer {
                 },
                 wgpu::BindGroupLayoutEntry {
                     binding: 1,
-                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    visibility: everywhere,
                     ty: wgpu::BindingType::Texture {
                         sample_type: wgpu::TextureSampleType::Depth,
                         view_dimension: wgpu::TextureViewDimension::D2Array,
@@ -264,7 +267,7 @@ impl Renderer {
                 },
                 wgpu::BindGroupLayoutEntry {
                     binding: 2,
-                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    visibility: everywhere,
                     ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison),
                     count: None,
                 },
@@ -272,7 +275,7 @@ impl Renderer {
                 sky_entry(4),
                 wgpu::BindGroupLayoutEntry {
                     binding: 5,
-                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    visibility: everywhere,
                     ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                     count: None,
                 },
@@ -311,6 +314,7 @@ impl Renderer {
             grass: Grass::new(&shaders),
             wood: Wood::new(&shaders, &part_layout),
             leaves: Leaves::new(&shaders, &part_layout),
+            quads: Quads::new(&shaders, &part_layout),
             falls: Falls::new(&shaders, &part_layout),
             listed: ListedPasses::new(&shaders, &part_layout),
             sky: SkyDome::new(&shaders),
@@ -477,6 +481,9 @@ impl Renderer {
         }
 
         let listed = listed.as_deref();
+        // Quads are opaque.
+        let by_size = view.detail.fade.by == FadeBy::Size;
+        let quads = forest.quads.as_ref().filter(|_| by_size);
         let watched = falls.occlusion.is_some() || listed_occlusion(listed).is_some();
         let mut scope = profiler.scope("frame", encoder);
         if let Some(listed) = listed {
@@ -490,6 +497,9 @@ impl Renderer {
             let mut pass = scope.scoped_compute_pass("cull");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.cull.make(&mut pass, gpu, &canvas.pyramid, views as u32);
+            if let Some(quads) = quads {
+                self.quads.arrange_hanging(&mut pass, quads);
+            }
             drop(pass);
             let mut pass = scope.scoped_compute_pass("find");
             pass.set_bind_group(0, &self.frame.group, &[]);
@@ -537,7 +547,21 @@ impl Renderer {
                 }
             }
         }
-        let fade = view.detail.fade.by;
+        let spread = |scope: &mut Scope<'_, wgpu::CommandEncoder>| {
+            if let Some(quads) = quads {
+                let mut pass = scope.scoped_compute_pass("spread");
+                pass.set_bind_group(0, &self.frame.group, &[]);
+                self.quads.spread_hanging(&mut pass, forest, quads);
+            }
+        };
+        spread(&mut scope);
+        let draw_leaves = |pass: &mut wgpu::RenderPass<'_>| {
+            let fade = view.detail.fade.by;
+            self.leaves.draw(pass, forest, leaves(0), fade, DrawTarget::Radiance);
+            if let Some(quads) = quads {
+                self.quads.draw(pass, quads);
+            }
+        };
         let alone = view.show.leaves_alone();
         if occlusion {
             // What the frame before did not hide, and the ground, hide the rest of this frame.
@@ -547,13 +571,7 @@ impl Renderer {
                 if !alone {
                     self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
                 }
-                self.leaves.draw(
-                    &mut pass.scope("leaves"),
-                    forest,
-                    leaves(0),
-                    fade,
-                    DrawTarget::Radiance,
-                );
+                draw_leaves(&mut pass.scope("leaves"));
                 if !alone {
                     self.ground.draw(&mut pass.scope("ground"), &forest.ground);
                 }
@@ -565,6 +583,11 @@ impl Renderer {
             let mut pass = scope.scoped_compute_pass("cull again");
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.cull.make_hidden(&mut pass, gpu, &canvas.pyramid);
+            if let Some(quads) = quads {
+                self.quads.arrange_hanging(&mut pass, quads);
+            }
+            drop(pass);
+            spread(&mut scope);
         }
         {
             let mut pass = canvas.begin(&mut scope, "forest", !occlusion, watched);
@@ -572,13 +595,7 @@ impl Renderer {
             if !alone {
                 self.wood.draw(&mut pass.scope("wood"), forest, wood(0), DrawTarget::Radiance);
             }
-            self.leaves.draw(
-                &mut pass.scope("leaves"),
-                forest,
-                leaves(0),
-                fade,
-                DrawTarget::Radiance,
-            );
+            draw_leaves(&mut pass.scope("leaves"));
             if let Some(listed) = listed {
                 let mut pass = pass.scope("loose leaves");
                 self.listed.draw(&mut pass, &forest.models, listed, DrawTarget::Radiance);

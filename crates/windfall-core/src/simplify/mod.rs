@@ -18,7 +18,7 @@ pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shading::Shading;
-pub use shape::{SIMPLE_BELOW, simple_shapes};
+pub use shape::{SIMPLE_BELOW, as_quad, simple_shapes};
 pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{Branch, SimpleWood, WoodLevel};
 

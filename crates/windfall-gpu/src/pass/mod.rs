@@ -11,6 +11,7 @@ mod leaf_occlusion;
 mod leaves;
 mod listed;
 mod litter;
+pub(crate) mod quads;
 pub(crate) mod shadow;
 pub(crate) mod sky;
 #[cfg(test)]
@@ -29,6 +30,7 @@ pub(crate) use hiz::HiZ;
 pub(crate) use leaf_occlusion::{GpuOcclusion, ListedOcclusion};
 pub(crate) use leaves::Leaves;
 pub(crate) use listed::ListedPasses;
+pub(crate) use quads::Quads;
 pub(crate) use sky::SkyDome;
 pub(crate) use tone_map::ToneMap;
 pub(crate) use wood::Wood;
