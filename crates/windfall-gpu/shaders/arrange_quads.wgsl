@@ -1,15 +1,15 @@
 // Which leaves of a list of trees are drawn as quads, and where their quads are: all of a part's, for
 // all trees that are drawn with it, one part after the other as long as there is room.
 
-// Draws of the list, models, room for quads, draws of quads. Then for each draw of the list the leaves of
+// Draws of the list, kernels that spread, room for quads, draws of quads. Then for each draw of the list the leaves of
 // its part (0: never in quads), its first corner, the first place of its model's trees. Then for each
-// model with quads its first draw and its draws.
+// kernel the first of its draws, and how many.
 @group(0) @binding(0) var<storage, read> facts: array<vec4<u32>>;
 // The list's indirect arguments: those of parts that are drawn as quads are emptied.
 @group(0) @binding(1) var<storage, read_write> draws: array<u32>;
 // For each draw: first quad, leaves, first corner, place of the first tree; then the number of quads.
 @group(0) @binding(2) var<storage, read_write> parts: array<vec4<u32>>;
-// Five words for each draw of quads, then three for each model: its workgroups.
+// Five words for each draw of quads, then three for each kernel: its workgroups.
 @group(0) @binding(3) var<storage, read_write> arguments: array<u32>;
 
 var<workgroup> sums: array<u32, 64>;
@@ -74,8 +74,8 @@ fn arrange(@builtin(local_invocation_index) local: u32) {
     storageBarrier();
     workgroupBarrier();
     for (var i = local; i < head.y; i += 64u) {
-        let model = facts[1u + head.x + i];
-        let count = parts[model.x + model.y].x - parts[model.x].x;
+        let kernel = facts[1u + head.x + i];
+        let count = parts[kernel.x + kernel.y].x - parts[kernel.x].x;
         let at = 5u * head.w + 3u * i;
         arguments[at] = (count + 63u) / 64u;
         arguments[at + 1u] = 1u;

@@ -143,14 +143,15 @@ fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec
     if list_index >= 4u {
         return wood_bucket(list, crown, scale, center);
     }
-    return bucket_of(fade_end(list, tree_level(list, crown, scale, center)));
+    let level = tree_level(list, crown, scale, center);
+    let drawn = fade_end(list, level);
+    let size = crown.leaf_length * scale * level.growth * list.pixels / max(distance(center, list.eye), 1e-3);
+    return bucket_of(drawn, drawn <= SIMPLE_BELOW || size < list.leaf_pixels);
 }
 
-fn bucket_of(drawn: f32) -> u32 {
-    if drawn >= 1.0 {
-        return BUCKETS;
-    }
-    return u32(clamp(f32(BUCKETS) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(BUCKETS)));
+fn bucket_of(drawn: f32, simple: bool) -> u32 {
+    let step = clamp(f32(WHOLE) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(WHOLE));
+    return select(BUCKETS, u32(step), simple);
 }
 
 var<workgroup> block_keys: array<u32, 64>;

@@ -1,7 +1,8 @@
 //! The lists of trees that are drawn: their tables on the GPU, and how a CPU makes the same lists.
 //!
-//! A model's leaves are drawn in parts, in prune order: [`BUCKETS`] bounds a quarter of an octave
-//! apart. A tree's *bucket* is the lowest bound that holds all leaves it is drawn with. Lists are
+//! A model's leaves are drawn in parts, in prune order: [`WHOLE`] bounds a quarter of an octave
+//! apart. A tree's *bucket* is the lowest bound that holds all leaves it is drawn with; one above all
+//! holds trees that are so near that their leaves have outlines. Lists are
 //! sorted by bucket, so that each part is one draw of a prefix of the model's trees, and the work
 //! follows the leaves that are drawn, not the trees that there are. Wood has lists of its own: there a
 //! bucket is a level of the simplified mesh, the finest the highest, drawn for a range of the list.
@@ -22,8 +23,10 @@ use windfall_core::simplify::{
     FadeRange, Level, Reduction, Seen, Shading, Simplification, Visibility,
 };
 
-/// Bounds of parts.
-pub(crate) const BUCKETS: u32 = 48;
+/// Buckets: the highest is that of leaves in their own shapes.
+pub(crate) const BUCKETS: u32 = 49;
+/// The bucket of all leaves in simple shapes, the highest bound of parts.
+pub(crate) const WHOLE: u32 = BUCKETS - 1;
 /// Bounds in a factor of two.
 pub(crate) const OCTAVE: f32 = 4.0;
 /// Trees of a block.
@@ -49,23 +52,21 @@ pub(crate) struct PartDraw {
     pub indices: (u32, u32),
 }
 
-/// The bucket of a tree that is drawn with this share of its leaves.
-pub(crate) fn bucket_of(drawn: f32) -> u32 {
-    if drawn >= 1.0 {
-        return BUCKETS;
-    }
-    (BUCKETS as f32 + (OCTAVE * drawn.max(1e-9).log2()).ceil()).clamp(1.0, BUCKETS as f32) as u32
+/// The bucket of a tree that is drawn with this share of its leaves, in simple shapes or in their own.
+pub(crate) fn bucket_of(drawn: f32, simple: bool) -> u32 {
+    let step = WHOLE as f32 + (OCTAVE * drawn.max(1e-9).log2()).ceil();
+    if simple { step.clamp(1.0, WHOLE as f32) as u32 } else { BUCKETS }
 }
 
 /// The largest share of leaves that trees of a bucket are drawn with.
 pub(crate) fn bucket_share(bucket: u32) -> f32 {
-    ((bucket as f32 - BUCKETS as f32) / OCTAVE).exp2()
+    ((bucket as f32 - WHOLE as f32) / OCTAVE).exp2().min(1.0)
 }
 
-/// The parts of a model's leaves: all of them for trees in full, then those of simplified trees.
-/// `starts` has the first index of each leaf and the end of the last, `simple_starts` those of the same
-/// leaves in few triangles, which simplified trees have. Where draws cannot begin in the middle of a
-/// list, the parts are the same for both, and the first is empty.
+/// The parts of a model's leaves: all of them in their own shapes, all in simple ones, then those of
+/// simplified trees. `starts` has the first index of each leaf and the end of the last, `simple_starts`
+/// those of the same leaves in few triangles. Where draws cannot begin in the middle of a list, the last
+/// parts are for all trees, and the first two are empty.
 pub(crate) fn leaf_parts(
     starts: &[u32],
     simple_starts: &[u32],
@@ -75,9 +76,15 @@ pub(crate) fn leaf_parts(
     if leaves == 0 {
         return Vec::new();
     }
-    let all = if first_instance { starts[leaves as usize] } else { 0 };
-    let mut parts = vec![PartDraw { buckets: (BUCKETS, BUCKETS), indices: (0, all) }];
-    let high = if first_instance { BUCKETS - 1 } else { BUCKETS };
+    let all = |starts: &[u32]| {
+        let count = starts[leaves as usize] - starts[0];
+        (starts[0], if first_instance { count } else { 0 })
+    };
+    let mut parts = vec![
+        PartDraw { buckets: (BUCKETS, BUCKETS), indices: all(starts) },
+        PartDraw { buckets: (WHOLE, WHOLE), indices: all(simple_starts) },
+    ];
+    let high = if first_instance { WHOLE - 1 } else { BUCKETS };
     let (mut low, mut first) = (1, 0);
     for bucket in 1..=high {
         let end = (f64::from(bucket_share(bucket)) * f64::from(leaves)).ceil() as u32;
@@ -136,10 +143,10 @@ impl TreeList {
             range,
             growth_factor: if detail.area_preservation { detail.growth.factor } else { -1.0 },
             growth_pixels: detail.growth.pixels,
-            full_at_one: flag(detail.fade.full_at_one),
-            early: flag(detail.fade.early),
+            fade_flags: flag(detail.fade.full_at_one) | flag(detail.fade.early) << 1,
             culling: culling as u32,
             wood_pixels: detail.wood_pixels,
+            leaf_pixels: detail.leaf_pixels,
             mean_cosine: detail.mean_cosine.unwrap_or(-1.0),
         }
     }
@@ -264,7 +271,7 @@ impl Trees {
                         level.growth = detail.wood_error(&seen) / tree.scale;
                         wood_bucket(crown.wood_level(level.growth))
                     } else {
-                        bucket_of(detail.drawn(&level))
+                        bucket_of(detail.drawn(&level), detail.simple(&level, &seen))
                     };
                     sorted.push((bucket, level, tree));
                 }
@@ -279,7 +286,8 @@ impl Trees {
                     sin_yaw: tree.sin_yaw,
                     season_offset: tree.season_offset,
                     lambda: level.lambda,
-                    fade_end: level.lambda + if list.early == 1 { 0.0 } else { level.radius },
+                    fade_end: level.lambda
+                        + if list.fade_flags & 2 != 0 { 0.0 } else { level.radius },
                     fade_slope: 0.5 / level.radius.max(1e-9),
                     growth: level.growth,
                     contrast: level.contrast,
@@ -421,8 +429,9 @@ mod tests {
     #[test]
     fn buckets_hold_what_is_drawn_and_little_more() {
         for drawn in [1.0, 0.999, 0.5, 0.3, 0.06, 0.001, 1e-5, 0.0, f32::NAN] {
-            let bucket = bucket_of(drawn);
-            assert!((1..=BUCKETS).contains(&bucket), "{drawn}: {bucket}");
+            let bucket = bucket_of(drawn, true);
+            assert!((1..=WHOLE).contains(&bucket), "{drawn}: {bucket}");
+            assert_eq!(bucket_of(drawn, false), BUCKETS);
             if drawn > bucket_share(1) {
                 let share = bucket_share(bucket);
                 assert!(share >= drawn * 0.9999 && share < drawn * 1.19, "{drawn}: {share}");
@@ -432,8 +441,8 @@ mod tests {
 
     #[test]
     fn simple_shapes_begin_with_the_first_step() {
-        assert_eq!(bucket_of(0.9999 * SIMPLE_BELOW), BUCKETS - 1);
-        assert_eq!(bucket_of(1.0001 * SIMPLE_BELOW), BUCKETS);
+        assert_eq!(bucket_of(0.9999 * SIMPLE_BELOW, true), WHOLE - 1);
+        assert_eq!(bucket_of(1.0001 * SIMPLE_BELOW, true), WHOLE);
     }
 
     #[test]
@@ -445,10 +454,10 @@ mod tests {
             let simple: Vec<u32> = (0..=leaves).map(|i| starts[leaves as usize] + 6 * i).collect();
             for (first_instance, starts) in [(true, &simple), (false, &starts)] {
                 let parts = leaf_parts(&starts[..], starts, first_instance);
-                let high = if first_instance { BUCKETS - 1 } else { BUCKETS };
+                let high = if first_instance { WHOLE - 1 } else { BUCKETS };
                 let mut end = starts[0];
                 let mut low = 0;
-                for part in parts.iter().skip(1) {
+                for part in parts.iter().skip(2) {
                     assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
                     assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == high);
                     (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
@@ -457,10 +466,13 @@ mod tests {
                 assert_eq!(end, starts[most]);
             }
             let parts = leaf_parts(&starts, &simple, true);
-            assert_eq!(parts.first().map_or(0, |p| p.indices.1), starts[leaves as usize]);
+            let all = [starts[leaves as usize], 6 * leaves];
+            let whole = parts.iter().take(2).zip(all);
+            assert!(whole.clone().all(|(part, all)| part.indices.1 == all), "{parts:?}");
+            assert_eq!(whole.count(), if leaves > 0 { 2 } else { 0 });
             // Trees of any bucket are drawn with the leaves that they need.
-            for bucket in 1..BUCKETS {
-                let drawn: u32 = parts[1.min(parts.len())..]
+            for bucket in 1..WHOLE {
+                let drawn: u32 = parts[2.min(parts.len())..]
                     .iter()
                     .filter(|p| p.buckets.0 <= bucket)
                     .map(|p| p.indices.1)
@@ -476,7 +488,7 @@ mod tests {
     fn each_level_of_wood_has_a_bucket() {
         let parts = wood_parts(&[(0, 3000), (3000, 1500), (4500, 300)]);
         assert_eq!(parts.len(), 3);
-        assert_eq!(parts[2], PartDraw { buckets: (46, 46), indices: (4500, 300) });
+        assert_eq!(parts[2], PartDraw { buckets: (47, 47), indices: (4500, 300) });
         assert_eq!(wood_parts(&[(0, 0)]), []);
     }
 
@@ -637,7 +649,8 @@ mod tests {
                 simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
             }
             if !wood {
-                let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
+                let buckets =
+                    on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end, true));
                 assert!(buckets.rev().is_sorted(), "the more detailed first");
             }
         }

@@ -26,7 +26,7 @@ pub(crate) const TREE_ATTRIBUTES: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4];
 
 /// Most leaves on the twigs that are drawn as quads, 64 bytes each. What there is more of is drawn as it was.
-const MOST_QUADS: u32 = 1 << 19;
+const MOST_QUADS: u32 = 1 << 20;
 
 /// A forest uploaded once and drawn in many frames.
 pub struct GpuForest {

@@ -199,14 +199,14 @@ gpu_struct! {
         pub growth_factor: f32,
         /// `Growth::pixels`.
         pub growth_pixels: f32,
-        /// 1 where a tree in full has no faded leaves.
-        pub full_at_one: u32,
-        /// 1 where leaves are gone at rank λ.
-        pub early: u32,
+        /// 1 where a tree in full has no faded leaves, 2 where leaves are gone at rank λ, or both.
+        pub fade_flags: u32,
         /// `Culling` as a number.
         pub culling: u32,
         /// `Simplification::wood_pixels`.
         pub wood_pixels: f32,
+        /// `Simplification::leaf_pixels`.
+        pub leaf_pixels: f32,
         /// `Simplification::mean_cosine`, or -1 for that of the trees' own leaves.
         pub mean_cosine: f32,
     }

@@ -41,6 +41,8 @@ pub struct DetailEntry {
     pub smooth: bool,
     /// Pixels by which the surface of simplified wood may be off; 0 keeps it as it is.
     pub wood_pixels: f32,
+    /// Pixels below which leaves are drawn in two triangles; 0 keeps the outlines of trees in full.
+    pub leaf_pixels: f32,
 }
 
 /// What fades: see [`FadeBy`].
@@ -107,6 +109,7 @@ impl DetailEntry {
             early: detail.fade.early,
             smooth: detail.fade.smooth,
             wood_pixels: detail.wood_pixels,
+            leaf_pixels: detail.leaf_pixels,
         }
     }
 
@@ -142,6 +145,7 @@ impl DetailEntry {
                 smooth: self.smooth,
             },
             wood_pixels: self.wood_pixels,
+            leaf_pixels: self.leaf_pixels,
         }
     }
 
@@ -161,6 +165,7 @@ impl DetailEntry {
             ("mean_cosine", self.mean_cosine.unwrap_or(0.5), 0.0, 1.0),
             ("fade_range", range, 0.0, 1.0),
             ("wood_pixels", self.wood_pixels, 0.0, 1000.0),
+            ("leaf_pixels", self.leaf_pixels, 0.0, 1000.0),
         ];
         for (name, value, low, high) in numbers {
             // A NaN is in no range.
@@ -203,6 +208,7 @@ mod tests {
                 smooth: true,
             },
             wood_pixels: 2.0,
+            leaf_pixels: 9.0,
         };
         for detail in [Simplification::DEFAULT, View::SHADOW_DETAIL, other] {
             assert_eq!(DetailEntry::of(&detail).simplification(), detail);

@@ -1,6 +1,6 @@
 //! The level of detail of one tree: equations 1 to 6.
 
-use super::{FadeRange, Reduction, Simplification, Visibility};
+use super::{FadeRange, Reduction, SIMPLE_BELOW, Simplification, Visibility};
 
 /// How a tree is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +75,12 @@ impl Simplification {
     /// How far the wood of a tree that is seen so may be from its place, metres.
     pub fn wood_error(&self, seen: &Seen) -> f32 {
         self.wood_pixels * seen.distance / seen.pixels
+    }
+
+    /// Whether the leaves of a tree that is seen so are drawn in few triangles.
+    pub fn simple(&self, level: &Level, seen: &Seen) -> bool {
+        let size = seen.leaf_length * level.growth * seen.pixels / seen.distance.max(1e-3);
+        self.drawn(level) <= SIMPLE_BELOW || size < self.leaf_pixels
     }
 
     /// `R` for a level of detail.

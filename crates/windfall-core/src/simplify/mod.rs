@@ -49,6 +49,10 @@ pub struct Simplification {
     /// the wood as it is. Branches thinner than twice that are drawn as wide, and fewer
     /// ([`Branch::widening`]): at half a pixel no change is seen.
     pub wood_pixels: f32,
+    /// Length in the picture below which leaves are drawn in two triangles, lit at their corners,
+    /// pixels; 0 keeps the outlines of trees in full at any distance. Leaves of trees of which fewer
+    /// than [`SIMPLE_BELOW`] are left are drawn so however large. At six pixels no change is seen.
+    pub leaf_pixels: f32,
 }
 
 /// How the share `b` of a tree's size in the picture is found (SFS, 3.1).
@@ -135,10 +139,11 @@ impl Simplification {
             smooth: false,
         },
         wood_pixels: 0.5,
+        leaf_pixels: 6.0,
     };
 
     /// Nothing is simplified.
-    pub const NONE: Self = Self { h: 0.0, wood_pixels: 0.0, ..Self::DEFAULT };
+    pub const NONE: Self = Self { h: 0.0, wood_pixels: 0.0, leaf_pixels: 0.0, ..Self::DEFAULT };
 }
 
 impl Default for Simplification {

@@ -6,7 +6,7 @@ use crate::foliage::{Foliage, LeafShape};
 const TRIANGLES: usize = 2;
 
 /// Trees of which a smaller share of the leaves is drawn than this, those that fade included, are drawn
-/// with simple shapes: `2^-1/4`, the first step of the lists that trees are drawn in.
+/// with simple shapes however large: `2^-1/4`, the first step of the lists that trees are drawn in.
 pub const SIMPLE_BELOW: f32 = 0.840_896_4;
 
 /// For each shape of a foliage one of two triangles, of the same area about the same centre, for trees
@@ -154,7 +154,8 @@ mod tests {
         }
         let one = as_quad(&shape(&[4, 0, 2])).unwrap();
         assert_eq!(one.uvs.iter().map(|uv| uv.x).collect::<Vec<_>>(), [4.0, 0.0, 2.0, 2.0]);
-        let none: [&[u32]; 4] = [&[], &[0, 1, 2, 3, 4, 5], &[0, 1, 2, 2, 3, 4], &[0, 1, 2, 2, 1, 0]];
+        let none: [&[u32]; 4] =
+            [&[], &[0, 1, 2, 3, 4, 5], &[0, 1, 2, 2, 3, 4], &[0, 1, 2, 2, 1, 0]];
         assert!(none.iter().all(|indices| as_quad(&shape(indices)).is_none()));
     }
 

@@ -17,7 +17,7 @@ fn unpack_radiance(packed: u32) -> vec3<f32> {
 }
 
 fn quad_corner(clip: vec4<f32>, radiance: vec3<f32>) -> vec4<u32> {
-    return vec4(bitcast<vec3<u32>>(clip.xyw), pack_radiance(radiance));
+    // What is nowhere lies behind the camera.
+    let at = select(clip.xyw, vec3(0.0, 0.0, -1.0), clip.z < 0.0);
+    return vec4(bitcast<vec3<u32>>(at), pack_radiance(radiance));
 }
-
-const NO_CORNER = vec4<u32>(0u, 0u, 0xbf800000u, 0u); // w is -1: behind the camera

@@ -25,7 +25,7 @@ fn fade_radius(list: TreeList, lambda: f32) -> f32 {
         case 3u: { radius *= lambda; }
         default: {}
     }
-    return select(radius, min(radius, 1.0 - lambda), list.full_at_one == 1u);
+    return select(radius, min(radius, 1.0 - lambda), (list.fade_flags & 1u) != 0u);
 }
 
 // Factor on the area of the leaves that are left: equation 3, as the crown needs it.
@@ -72,5 +72,5 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
 
 // The rank at which leaves are gone; above it nothing is drawn.
 fn fade_end(list: TreeList, level: Level) -> f32 {
-    return level.lambda + select(level.radius, 0.0, list.early == 1u);
+    return level.lambda + select(level.radius, 0.0, (list.fade_flags & 2u) != 0u);
 }

@@ -2,10 +2,11 @@
 
 use super::hiz::{HiZ, Pyramid};
 use super::{Shaders, compose};
-use crate::cull::{BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees};
+use crate::cull::{BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees, WHOLE};
 use crate::falls::EMPTY;
 use crate::shared::{CullFrame, Model, TreeInstance};
 use wgpu::util::DeviceExt;
+use windfall_core::simplify::SIMPLE_BELOW;
 
 pub(crate) struct Cull {
     layout: wgpu::BindGroupLayout,
@@ -56,7 +57,8 @@ impl Cull {
         });
         let constants = format!(
             "const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n\
-             const LISTS: u32 = {LISTS}u;\n"
+             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\n\
+             const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n"
         );
         let source = compose(&[
             &constants,

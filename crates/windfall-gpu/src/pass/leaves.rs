@@ -14,9 +14,10 @@ pub(crate) struct Leaves {
     shadow: Pipelines,
 }
 
-/// Pipelines of trees in full, which have no leaf that fades, and of simplified trees.
+/// Pipelines of trees that are near, of those whose leaves are small, and of simplified trees.
 struct Pipelines {
     near: Kinds,
+    small: Kinds,
     by_size: Kinds,
     by_opacity: Kinds,
 }
@@ -68,11 +69,16 @@ impl Leaves {
             };
             [plain, with_pictures, pipeline(far, false, vertex, masked, radiance, target)]
         };
+        let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
+        let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
+        let mut small = near.clone();
+        small[0] = pipeline(false, true, "vertex", Some("solid"), false, DrawTarget::Radiance);
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
         let fade = Some("fade_shadow");
         Self {
             radiance: Pipelines {
-                near: kinds(false, "vertex", Some("solid"), Some("masked"), picture),
+                near,
+                small,
                 by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
                 by_opacity: kinds(
                     true,
@@ -83,7 +89,8 @@ impl Leaves {
                 ),
             },
             shadow: Pipelines {
-                near: kinds(false, "vertex", None, Some("masked_shadow"), map),
+                small: near_shadow.clone(),
+                near: near_shadow,
                 by_size: kinds(true, "vertex", None, Some("masked_shadow"), map),
                 by_opacity: kinds(true, "opaque_vertex", fade, fade, map),
             },
@@ -103,15 +110,17 @@ impl Leaves {
             FadeBy::Size => &pipelines.by_size,
             FadeBy::Opacity => &pipelines.by_opacity,
         };
-        for (pipelines, near) in [(&pipelines.near, true), (far, false)] {
+        for (pipelines, parts) in
+            [(&pipelines.near, 0..1), (&pipelines.small, 1..2), (far, 2..u32::MAX)]
+        {
             draw_parts(
                 pass,
                 forest,
                 trees,
                 |model| &model.leaves,
                 |_, draws| {
-                    let of_near = draws.0.end.min(draws.0.start + 1);
-                    if near { draws.0.start..of_near } else { of_near..draws.0.end }
+                    let at = |part: u32| draws.0.end.min(draws.0.start.saturating_add(part));
+                    at(parts.start)..at(parts.end)
                 },
                 |pass, model| pass.set_pipeline(&pipelines[kind(&model.leaves)]),
             );

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::forest::GpuForest;
 use crate::shared::TreeInstance;
+use std::ops::Range;
 use wgpu::util::DeviceExt;
 
 /// Quads of a draw: as many as indices of 16 bits reach.
@@ -52,7 +53,8 @@ impl QuadBuffers {
 /// Pipelines of quads, whatever leaves they are of.
 pub(crate) struct Quads {
     arrange: wgpu::ComputePipeline,
-    spread_hanging: wgpu::ComputePipeline,
+    /// Of trees whose leaves are small, and of simplified trees.
+    spread_hanging: [wgpu::ComputePipeline; 2],
     draw: wgpu::RenderPipeline,
     /// The triangles of a batch.
     indices: wgpu::Buffer,
@@ -64,8 +66,8 @@ pub(crate) struct Quads {
 pub(crate) struct HangingQuads {
     buffers: QuadBuffers,
     arrange_group: wgpu::BindGroup,
-    /// Models with quads, and their groups.
-    models: Vec<(usize, wgpu::BindGroup)>,
+    /// Models with quads; of each the groups for those pipelines.
+    models: Vec<(usize, [wgpu::BindGroup; 2])>,
 }
 
 fn layout(
@@ -138,7 +140,8 @@ impl Quads {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
         let device = shaders.device;
         let uniform = wgpu::BufferBindingType::Uniform;
-        let [read, write] = [true, false].map(|read_only| wgpu::BufferBindingType::Storage { read_only });
+        let [read, write] =
+            [true, false].map(|read_only| wgpu::BufferBindingType::Storage { read_only });
         let arrange_layout = layout(device, "arranged quads", &[read, write, write, write]);
         let hanging_layout =
             layout(device, "quads of hanging leaves", &[uniform, read, read, read, write]);
@@ -161,13 +164,15 @@ impl Quads {
                 &[&arrange_layout],
                 &[],
             ),
-            spread_hanging: compute(
-                device,
-                "spread",
-                &hanging,
-                &[shaders.frame_layout, part_layout, &hanging_layout],
-                &[("far", 1.0), ("lit", 1.0), ("lit_at_vertices", 1.0)],
-            ),
+            spread_hanging: [0.0, 1.0].map(|far| {
+                compute(
+                    device,
+                    "spread",
+                    &hanging,
+                    &[shaders.frame_layout, part_layout, &hanging_layout],
+                    &[("far", far), ("lit", 1.0), ("lit_at_vertices", 1.0)],
+                )
+            }),
             draw: shaders.pipeline(&Draw {
                 label: "quads",
                 source: &[corners, include_str!("../../shaders/quads.wgsl")].join("\n"),
@@ -196,7 +201,12 @@ impl Quads {
 
     /// Room for the leaves of a forest's far trees, of `most` at a time; `None` where none can be drawn
     /// as quads.
-    pub fn hanging(&self, device: &wgpu::Device, forest: &GpuForest, most: u32) -> Option<HangingQuads> {
+    pub fn hanging(
+        &self,
+        device: &wgpu::Device,
+        forest: &GpuForest,
+        most: u32,
+    ) -> Option<HangingQuads> {
         let limit = u64::from(device.limits().max_storage_buffer_binding_size);
         let fits = |buffer: &wgpu::Buffer| buffer.size() <= limit;
         let trees = &forest.trees;
@@ -206,28 +216,32 @@ impl Quads {
         let mut ranges = Vec::new();
         let mut all = 0;
         for (m, (model, crown)) in forest.models.iter().zip(&trees.crowns).enumerate() {
-            let Some(first) = model.quads.filter(|_| fits(&model.leaves.vertices)) else { continue };
-            // The first part is that of trees in full.
-            let draws = trees.draws[m].0.start + 1..trees.draws[m].0.end;
-            let mut leaf = 0;
-            for draw in draws.clone() {
-                let leaves = trees.parts[draw as usize].indices.1 / 6;
-                facts[1 + draw as usize] = [leaves, first + 4 * leaf, crown.tree_first, 0];
-                leaf += leaves;
-            }
+            let Some(first) = model.quads.filter(|_| fits(&model.leaves.vertices)) else {
+                continue;
+            };
+            // The first part is that of near trees; the second, that of trees whose leaves are small, has
+            // all leaves, the others have them by and by.
+            let Range { start, end } = trees.draws[m].0.clone();
             let instances = trees.records.iter().filter(|r| r.model == m as u32).count();
-            all += u64::from(leaf) * instances as u64;
-            if !draws.is_empty() && instances > 0 {
-                ranges.push((m, [draws.start, draws.end - draws.start, 0, 0]));
+            if end - start < 2 || instances == 0 {
+                continue;
             }
+            let all_leaves = trees.parts[start as usize + 1].indices;
+            for draw in start + 1..end {
+                let (at, count) = trees.parts[draw as usize].indices;
+                let corner = first + 4 * ((at - all_leaves.0) / 6);
+                facts[1 + draw as usize] = [count / 6, corner, crown.tree_first, 0];
+            }
+            all += u64::from(all_leaves.1 / 6) * instances as u64;
+            ranges.push((m, [[start + 1, 1, 0, 0], [start + 2, end - start - 2, 0, 0]]));
         }
         let room = all.min(u64::from(most)).min(limit / (4 * CORNER)) as u32;
         if room == 0 || of_view > limit {
             return None;
         }
-        let buffers = QuadBuffers::new(device, room, 3 * ranges.len() as u32);
-        facts[0] = [trees.parts.len() as u32, ranges.len() as u32, room, buffers.draws];
-        facts.extend(ranges.iter().map(|(_, range)| *range));
+        let buffers = QuadBuffers::new(device, room, 6 * ranges.len() as u32);
+        facts[0] = [trees.parts.len() as u32, 2 * ranges.len() as u32, room, buffers.draws];
+        facts.extend(ranges.iter().flat_map(|(_, ranges)| *ranges));
         let init = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("parts in quads"),
@@ -244,11 +258,14 @@ impl Quads {
             &self.arrange_layout,
             &[&facts, &lists.arguments, &parts, &buffers.arguments],
         );
-        let of_model = |(m, range): (usize, [u32; 4])| {
-            let range = init(bytemuck::cast_slice(&range), wgpu::BufferUsages::UNIFORM);
-            let vertices = &forest.models[m].leaves.vertices;
-            let resources = [&range, vertices, &lists.placed, &parts, &buffers.corners];
-            (m, group(device, &self.hanging_layout, &resources))
+        let of_model = |(m, ranges): (usize, [[u32; 4]; 2])| {
+            let groups = ranges.map(|range| {
+                let range = init(bytemuck::cast_slice(&range), wgpu::BufferUsages::UNIFORM);
+                let vertices = &forest.models[m].leaves.vertices;
+                let resources = [&range, vertices, &lists.placed, &parts, &buffers.corners];
+                group(device, &self.hanging_layout, &resources)
+            });
+            (m, groups)
         };
         let models = ranges.into_iter().map(of_model).collect();
         Some(HangingQuads { buffers, arrange_group, models })
@@ -268,12 +285,14 @@ impl Quads {
         forest: &GpuForest,
         quads: &HangingQuads,
     ) {
-        pass.set_pipeline(&self.spread_hanging);
-        for (i, (model, group)) in (0..).zip(&quads.models) {
-            pass.set_bind_group(1, &forest.models[*model].leaves.bind_group, &[]);
-            pass.set_bind_group(2, group, &[]);
-            let words = 5 * u64::from(quads.buffers.draws) + 3 * i;
-            pass.dispatch_workgroups_indirect(&quads.buffers.arguments, words * 4);
+        for (k, pipeline) in (0..).zip(&self.spread_hanging) {
+            pass.set_pipeline(pipeline);
+            for (i, (model, groups)) in (0..).zip(&quads.models) {
+                pass.set_bind_group(1, &forest.models[*model].leaves.bind_group, &[]);
+                pass.set_bind_group(2, &groups[k as usize], &[]);
+                let words = 5 * u64::from(quads.buffers.draws) + 3 * (2 * i + k);
+                pass.dispatch_workgroups_indirect(&quads.buffers.arguments, words * 4);
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 use windfall_core::foliage::Foliage;
 use windfall_core::forest::{Frustum, Placement, Terrain};
 use windfall_core::simplify::{
-    Growth, Level, Reduction, SIMPLE_BELOW, Seen, Simplification, Visibility, simple_shapes,
+    Growth, Level, Reduction, Seen, Simplification, Visibility, simple_shapes,
 };
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
@@ -160,7 +160,7 @@ pub fn leaves_in_world(stage: &Stage, view: &View, size: (u32, u32)) -> (Vec<Vec
                 continue;
             }
             leaves += 1;
-            let far = view.detail.drawn(&level) <= SIMPLE_BELOW;
+            let far = view.detail.simple(&level, &seen);
             let simple = simple[instance.model as usize][leaf.shape as usize].as_ref();
             let shape = &foliage.shapes[leaf.shape as usize];
             let shape = simple.filter(|_| far).unwrap_or(shape);

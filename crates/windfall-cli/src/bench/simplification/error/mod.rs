@@ -26,7 +26,7 @@ use std::path::Path;
 use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::simplify::{
-    FadeBy, Growth, PruneOrder, Reduction, SIMPLE_BELOW, Simplification, simple_shapes,
+    FadeBy, Growth, PruneOrder, Reduction, Simplification, simple_shapes,
 };
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
@@ -431,13 +431,14 @@ impl Bench<'_> {
     fn drawn(&self, place: &Place, candidate: &Candidate) -> (f32, usize) {
         let stage = &self.subject.stage;
         let view = self.subject.view(place, 0, 1, 0);
-        let share = seen(stage, &view, place.size)
-            .first()
-            .map_or(1.0, |(_, seen)| candidate.detail.drawn(&candidate.detail.level(seen)));
+        let detail = &candidate.detail;
+        let (share, simple) =
+            seen(stage, &view, place.size).first().map_or((1.0, false), |(_, seen)| {
+                let level = detail.level(seen);
+                (detail.drawn(&level), detail.simple(&level, seen))
+            });
         let foliage = &stage.trees[0].foliage;
-        let full = foliage.triangle_count();
-        let far = share <= SIMPLE_BELOW;
-        let all = if far { simple_triangle_count(foliage) } else { full };
+        let all = if simple { simple_triangle_count(foliage) } else { foliage.triangle_count() };
         (share, (share * all as f32).round() as usize)
     }
 
