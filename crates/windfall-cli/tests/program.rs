@@ -152,3 +152,16 @@ fn a_reader_that_stops_listening_is_no_failure() {
         assert!(output.status.success() && stderr.is_empty(), "{arguments:?}: {stderr}");
     }
 }
+
+/// A driver that made shaders anew in every frame grew by 400 MiB in a thousand.
+#[test]
+fn memory_does_not_grow_with_frames() {
+    let place = Place::new();
+    place.succeed("bench falling --parts= --soak 300 --soak-leaves 100 --json soak.json");
+    let report: Value = serde_json::from_slice(&place.read("soak.json")).unwrap();
+    let soak = &report["soak"];
+    assert_eq!((&soak["leaves"], &soak["kept"]), (&300.into(), &25.into()));
+    if let Some(growth) = soak["growth_mib"].as_array() {
+        assert!(growth[0].as_f64().unwrap() < 50.0, "{growth:?}");
+    }
+}

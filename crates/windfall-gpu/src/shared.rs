@@ -105,6 +105,10 @@ macro_rules! gpu_struct {
 gpu_struct! {
     /// What every pass knows of the frame.
     pub struct Frame {
+        /// Read by no shader. Where one branches on the frame and reads its first bytes, Mesa's lavapipe
+        /// 22.3 compiles it anew each time it is bound, and keeps them all: it takes those bytes for what
+        /// the branch is on and puts their value into the shader.
+        pub unread: Vec4,
         /// Reversed-Z projection with the far plane at infinity, times the view.
         pub clip_from_world: Mat4,
         /// Its inverse.

@@ -253,6 +253,7 @@ impl View {
     pub(crate) fn frame(&self, width: u32, height: u32, light: &SkyLight, picture: bool) -> Frame {
         let clip_from_world = self.camera.clip_from_world(width as f32 / height as f32);
         Frame {
+            unread: Vec4::ZERO,
             clip_from_world,
             world_from_clip: clip_from_world.inverse(),
             shadow_from_world: [Mat4::IDENTITY; 3],

@@ -63,6 +63,9 @@ pub struct Args {
     /// Frames of part d, continuous shedding; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = 0)]
     soak: u32,
+    /// Leaves of each of the three trees of part d
+    #[arg(long, value_name = "N", default_value_t = 4000)]
+    soak_leaves: u32,
     /// Write plots of parts a and c (SVG) to this folder
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
@@ -159,7 +162,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         report.counts = Some(counts(args, &mut gpu, &easel)?);
     }
     if args.soak > 0 {
-        report.soak = Some(soak::run(args.soak, &mut gpu)?);
+        report.soak = Some(soak::run(args.soak, args.soak_leaves, &mut gpu)?);
     }
     if let Some(folder) = &args.plots {
         plot(folder, args, &report)?;

@@ -24,19 +24,21 @@ pub struct Soak {
     /// Resident memory of the process after the first tenth and at the end, MiB, where the system
     /// says.
     memory_mib: Option<[f64; 2]>,
-    /// Growth of it in a thousand frames, MiB: from the first tenth on, and in a shorter run of the same
-    /// forest from which no leaf falls, which is the driver's.
+    /// Growth of it in a thousand frames, MiB: from the first tenth on, and where no leaf falls.
     growth_mib: Option<[f64; 2]>,
     /// As `first_fifth_ms` and `last_fifth_ms`, timestamps of the frame on the GPU.
     gpu_ms: [Spread; 2],
+    /// Fifths by the wall clock of a tenth as many frames of the same forest, before, from which no leaf
+    /// falls.
+    still_ms: [Spread; 2],
 }
 
-/// Three small trees that shed from the first frame to the last, thirty frames a second. A twelfth of
-/// their leaves is kept: so many have fallen after a tenth of the frames, and slots are used again and
+/// Three small trees of so many leaves each that shed from the first frame to the last, thirty frames a
+/// second. A twelfth of their leaves is kept: so many have fallen after a tenth of the frames, and slots are used again and
 /// again. The wind carries the leaves past the camera, which has the trees in its back: the frame is
 /// the leaves'.
-fn stage(frames: u32) -> Stage {
-    let trees = vec![Species::Birch.grow_with(1, 4000)];
+fn stage(frames: u32, leaves: u32) -> Stage {
+    let trees = vec![Species::Birch.grow_with(1, leaves)];
     let placement = Placement {
         trees: 3,
         spacing: 5.0,
@@ -49,7 +51,7 @@ fn stage(frames: u32) -> Stage {
     let mut falls = Falls {
         shedding: Shedding { start: 0.0, duration, peak: 0.0, tree_spread: 0.0, burst: 0.5 },
         wind: Wind::new(5.0, 0.0, 0.5, 1),
-        capacity: 1000,
+        capacity: (leaves / 4).max(1),
         ..Falls::default()
     };
     falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
@@ -107,15 +109,16 @@ impl Run {
     }
 }
 
-pub fn run(frames: u32, gpu: &mut Gpu) -> anyhow::Result<Soak> {
-    let stage = stage(frames);
+pub fn run(frames: u32, leaves: u32, gpu: &mut Gpu) -> anyhow::Result<Soak> {
+    let stage = stage(frames, leaves);
     let easel = Easel::new(gpu, (64, 36));
     let still = easel.forest(gpu, &stage, &Falls::none());
-    let still = Run::new(gpu, &easel, &still, (frames / 10).clamp(1, 2000))?;
+    let still = Run::new(gpu, &easel, &still, (frames / 10).max(1))?;
     let forest = easel.forest(gpu, &stage, &stage.falls);
     let run = Run::new(gpu, &easel, &forest, frames)?;
     let [first, last] = Run::fifths(&run.wall);
     let gpu_ms = Run::fifths(&run.gpu);
+    let still_ms = Run::fifths(&still.wall);
     let soak = Soak {
         frames,
         leaves: stage.leaf_count(),
@@ -126,6 +129,7 @@ pub fn run(frames: u32, gpu: &mut Gpu) -> anyhow::Result<Soak> {
         memory_mib: run.memory_mib,
         growth_mib: run.growth().zip(still.growth()).map(|(a, b)| [a, b]),
         gpu_ms,
+        still_ms,
     };
     println!(
         "\n(d) {frames} frames of continuous shedding, compute, 64x36; {} leaves, {} kept",
@@ -135,6 +139,12 @@ pub fn run(frames: u32, gpu: &mut Gpu) -> anyhow::Result<Soak> {
     println!("last fifth                               {last}   {:.3} x", soak.drift);
     let [first, last] = gpu_ms;
     println!("on the GPU, first fifth                  {first}");
+    println!(
+        "last fifth                               {last}   {:.3} x",
+        last.median / first.median
+    );
+    let [first, last] = still_ms;
+    println!("no leaf falling, first fifth             {first}");
     println!(
         "last fifth                               {last}   {:.3} x",
         last.median / first.median
