@@ -17,7 +17,8 @@
 // The leaves that are drawn. With leaf occlusion two more lists of as many: those that are tested, those
 // that are skipped.
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
-// Five words a draw: its indirect arguments. Then the tallies: leaves in the air, of those drawn,
+// Five words a draw: its indirect arguments; then as many for the small leaves of the same draw, which
+// fill its part of the list from the end. Then the tallies: leaves in the air, of those drawn,
 // leaves on the ground, of those drawn, one unused; then how many slots `land` has to
 // fill: in workgroups, 1, and in slots; then how many leaves `change` has to pose, in workgroups and in
 // leaves; leaves that are tested, and that are skipped. With leaf occlusion then the arguments of the
@@ -44,6 +45,8 @@ struct Window {
     slot_first: u32,
     keep: u32,
     bin: u32,
+    // Whether its shape can be drawn in two triangles.
+    simple: bool,
     bin_first: u32,
     radius: f32,
     gusts: vec4<f32>,
@@ -67,7 +70,7 @@ fn window_of(stream: u32) -> Window {
     let d = slots[at + 3u];
     let fade = unpack2x16float(d.w);
     return Window(
-        a.x, a.y, a.z, a.w, b.x, b.y, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]),
+        a.x, a.y, a.z, a.w, b.x, b.y >> 1u, (b.y & 1u) == 1u, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]),
         d.y, bitcast<f32>(d.z), fade.x, fade.y,
     );
 }
@@ -128,7 +131,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
         (max(detached, 1u) - 1u) % stream.keep,
         stream.slot_first,
     );
-    slots[at + 1u] = vec4(stream.keep, stream.bin, stream.bin_first, bitcast<u32>(stream.radius));
+    slots[at + 1u] = vec4(stream.keep, (stream.bin << 1u) | stream.simple, stream.bin_first, bitcast<u32>(stream.radius));
     slots[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
     let crown = models[stream.model].crown;
     let c = crown.center;
@@ -182,11 +185,11 @@ fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let end = slots[at].x;
     let keep = slots[at + 1u].x;
     for (var j = max(slots[at + 3u].x, end - min(keep, end)) + local; j < end; j += 64u) {
-        let i = atomicAdd(&counters[5u * fall.bin_count + 7u], 1u);
+        let i = atomicAdd(&counters[tallies() + 7u], 1u);
         drawn[i].color = stream;
         drawn[i].look = j;
         if i % 64u == 0u && i < 64u * ROW {
-            atomicAdd(&counters[5u * fall.bin_count + 5u], 1u);
+            atomicAdd(&counters[tallies() + 5u], 1u);
         }
     }
 }
@@ -194,7 +197,7 @@ fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 // Finds where the leaves of the listed entries will land, and fills their slots.
 @compute @workgroup_size(64)
 fn land(@builtin(global_invocation_id) id: vec3<u32>) {
-    let count = atomicLoad(&counters[5u * fall.bin_count + 7u]);
+    let count = atomicLoad(&counters[tallies() + 7u]);
     for (var i = id.x; i < count; i += 64u * ROW) {
         let stream = streams[drawn[i].color];
         let entry = drawn[i].look;
@@ -366,10 +369,30 @@ fn flying_leaf(a: vec4<f32>, b: vec4<u32>, flight: Flight, variant: Variant, gus
     );
 }
 
-// How many leaves of the workgroup are drawn in the air, drawn on the ground, and held in the air: ten bits
-// each.
+// How many leaves of the workgroup are drawn in full, drawn small, and drawn in the air, small or not: ten
+// bits each. How many are held in the air.
 var<workgroup> counts: atomic<u32>;
-var<workgroup> seen_first: u32;
+var<workgroup> held_in_air: atomic<u32>;
+var<workgroup> full_first: u32;
+var<workgroup> small_first: u32;
+
+fn tallies() -> u32 {
+    return 10u * fall.bin_count;
+}
+
+// Whether a leaf is so small in the picture that two triangles will do.
+fn is_small(window: Window, leaf: LooseLeaf) -> bool {
+    let list = cull.lists[0];
+    let length = 2.0 * window.radius * leaf.scale * list.pixels;
+    return window.simple && length < list.leaf_pixels * distance(leaf.position, list.eye);
+}
+
+// Where small leaves of a draw are added: below the last.
+fn add_small(window: Window, count: u32) -> u32 {
+    let arguments = 5u * (fall.bin_count + window.bin);
+    atomicAdd(&counters[arguments + 1u], count);
+    return window.bin_first + atomicSub(&counters[arguments + 4u], count) - count;
+}
 
 // Where the changing leaves are listed, four a vector: workgroup of `pose`, and which of its slots.
 fn changing_at(i: u32) -> u32 {
@@ -390,16 +413,15 @@ fn watch(slot: u32) -> u32 {
 
 // Adds a leaf that is tested or skipped to the list of those.
 fn add_watched(leaf: LooseLeaf, what: u32, window: Window, slot: u32) {
-    let tallies = 5u * fall.bin_count;
-    let arguments = tallies + TALLIES + 5u * ((what - 1u) * fall.bin_count + window.bin);
+    let arguments = tallies() + TALLIES + 5u * ((what - 1u) * fall.bin_count + window.bin);
     let at = window.bin_first + atomicAdd(&counters[arguments + 1u], 1u);
     drawn[what * fall.slot_count + at] = leaf;
     if what == TEST {
-        atomicStore(&counters[tallies + TALLIES + 10u * fall.bin_count + at], slot);
-        atomicAdd(&counters[tallies + 1u], 1u);
-        atomicAdd(&counters[tallies + 10u], 1u);
+        atomicStore(&counters[tallies() + TALLIES + 10u * fall.bin_count + at], slot);
+        atomicAdd(&counters[tallies() + 1u], 1u);
+        atomicAdd(&counters[tallies() + 10u], 1u);
     } else {
-        atomicAdd(&counters[tallies + 11u], 1u);
+        atomicAdd(&counters[tallies() + 11u], 1u);
     }
 }
 
@@ -414,11 +436,12 @@ fn entries_back(window: Window, at: u32) -> u32 {
     return window.newest - at + select(0u, window.keep, at > window.newest);
 }
 
-// A leaf as `pose` leaves it: whether it is held in the air, and whether it is drawn yet.
+// A leaf as `pose` leaves it: whether it is held in the air, whether it is drawn yet, and small.
 struct Posed {
     leaf: LooseLeaf,
     in_air: bool,
     seen: bool,
+    small: bool,
 }
 
 // Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `change`.
@@ -446,10 +469,10 @@ fn pose_slot(window: Window, index: u32, at: u32) -> Posed {
         leaf = flying_leaf(a, b, flight, variant, window.gusts);
     }
     if changes {
-        let i = atomicAdd(&counters[5u * fall.bin_count + 9u], 1u);
+        let i = atomicAdd(&counters[tallies() + 9u], 1u);
         slots[changing_at(i)][i % 4u] = index * GROUP + at % GROUP;
         if i % 64u == 0u && i < 64u * ROW {
-            atomicAdd(&counters[5u * fall.bin_count + 8u], 1u);
+            atomicAdd(&counters[tallies() + 8u], 1u);
         }
     }
     leaf.scale *= kept_size(window, select(0u, window.detached - 1u - back, held));
@@ -466,12 +489,13 @@ fn pose_slot(window: Window, index: u32, at: u32) -> Posed {
             forget_sight(slot);
         }
     }
-    return Posed(leaf, in_air, seen);
+    return Posed(leaf, in_air, seen, seen && is_small(window, leaf));
 }
 
 // The leaf's part of `counts`.
 fn counted(posed: Posed) -> u32 {
-    return select(0u, 0x100000u, posed.in_air) + select(0u, select(0x400u, 1u, posed.in_air), posed.seen);
+    let drawn = select(1u, 0x400u, posed.small) + select(0u, 0x100000u, posed.in_air);
+    return select(0u, drawn, posed.seen);
 }
 
 // Poses the leaves that fly and those that lie, and gathers those in view for drawing. Leaves that
@@ -490,44 +514,44 @@ fn pose(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let p2 = pose_slot(window, index, first + 128u + local);
     let p3 = pose_slot(window, index, first + 192u + local);
     let before = atomicAdd(&counts, counted(p0) + counted(p1) + counted(p2) + counted(p3));
+    atomicAdd(&held_in_air, u32(p0.in_air) + u32(p1.in_air) + u32(p2.in_air) + u32(p3.in_air));
     workgroupBarrier();
     if local == 0u {
         let all = atomicLoad(&counts);
-        let in_air = all & 0x3ffu;
-        let on_ground = (all >> 10u) & 0x3ffu;
+        let full = all & 0x3ffu;
+        let small = (all >> 10u) & 0x3ffu;
+        let in_air = atomicLoad(&held_in_air);
         // The first so many slots hold leaves.
         let held = min(window.keep, window.detached);
         let held_here = min(held - min(first, held), GROUP);
-        let tally = 5u * fall.bin_count;
-        atomicAdd(&counters[tally], all >> 20u);
-        atomicAdd(&counters[tally + 1u], in_air);
-        atomicAdd(&counters[tally + 2u], held_here - (all >> 20u));
-        atomicAdd(&counters[tally + 3u], on_ground);
-        seen_first = atomicAdd(&counters[5u * window.bin + 1u], in_air + on_ground);
+        atomicAdd(&counters[tallies()], in_air);
+        atomicAdd(&counters[tallies() + 1u], all >> 20u);
+        atomicAdd(&counters[tallies() + 2u], held_here - in_air);
+        atomicAdd(&counters[tallies() + 3u], full + small - (all >> 20u));
+        full_first = window.bin_first + atomicAdd(&counters[5u * window.bin + 1u], full);
+        small_first = add_small(window, small);
     }
     workgroupBarrier();
-    var place = window.bin_first + seen_first + (before & 0x3ffu) + ((before >> 10u) & 0x3ffu);
-    if p0.seen {
-        drawn[place] = p0.leaf;
-        place += 1u;
+    var at = vec2(full_first + (before & 0x3ffu), small_first + ((before >> 10u) & 0x3ffu));
+    at = put(p0, at);
+    at = put(p1, at);
+    at = put(p2, at);
+    at = put(p3, at);
+}
+
+// Where the next leaves are drawn from, in full and small, after this one.
+fn put(posed: Posed, at: vec2<u32>) -> vec2<u32> {
+    if !posed.seen {
+        return at;
     }
-    if p1.seen {
-        drawn[place] = p1.leaf;
-        place += 1u;
-    }
-    if p2.seen {
-        drawn[place] = p2.leaf;
-        place += 1u;
-    }
-    if p3.seen {
-        drawn[place] = p3.leaf;
-    }
+    drawn[select(at.x, at.y, posed.small)] = posed.leaf;
+    return at + select(vec2(1u, 0u), vec2(0u, 1u), posed.small);
 }
 
 // Poses the listed leaves: those that leave their twigs, settle, have just landed, or vanish.
 @compute @workgroup_size(64)
 fn change(@builtin(global_invocation_id) id: vec3<u32>) {
-    let count = atomicLoad(&counters[5u * fall.bin_count + 9u]);
+    let count = atomicLoad(&counters[tallies() + 9u]);
     for (var i = id.x; i < count; i += 64u * ROW) {
         let listed = slots[changing_at(i)][i % 4u];
         let stream = lists[2u * (listed / GROUP)];
@@ -547,9 +571,12 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
                     continue;
                 }
             }
-            atomicAdd(&counters[5u * fall.bin_count + select(1u, 3u, on_ground)], 1u);
-            let place = atomicAdd(&counters[5u * window.bin + 1u], 1u);
-            drawn[window.bin_first + place] = out;
+            atomicAdd(&counters[tallies() + select(1u, 3u, on_ground)], 1u);
+            if is_small(window, out) {
+                drawn[add_small(window, 1u)] = out;
+            } else {
+                drawn[window.bin_first + atomicAdd(&counters[5u * window.bin + 1u], 1u)] = out;
+            }
         } else if occlusion && !on_ground {
             forget_sight(slot);
         }

@@ -46,6 +46,8 @@ override lit_at_vertices: bool = false;
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
 // How far from a far leaf's centre light is looked for, in sizes of the leaf, less one.
 const SHADE_SPREAD: f32 = 3.0;
+// How much of a leaf is margin.
+const MEAN_MARGIN: f32 = 0.25;
 // Frame.show: how far trees are simplified.
 const SHOW_DETAIL: u32 = 2u;
 
@@ -141,9 +143,17 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
     out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
     if lit_at_vertices {
-        out.normal = in_the_air(leaf_radiance(out, tinted(out.color, surfaces[out.material]), 1.0), out.world);
+        out.normal = radiance_at_vertex(out);
     }
     return out;
+}
+
+fn radiance_at_vertex(in: Varyings) -> vec3<f32> {
+    var color = tinted(in.color, surfaces[in.material]);
+    if !far {
+        color = dried(color, MEAN_MARGIN);
+    }
+    return in_the_air(leaf_radiance(in, color, 1.0), in.world);
 }
 
 // Leaves fade by size: by the root of what is seen, which is an area.
@@ -189,6 +199,9 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     out.material = look & 0xffu;
     out.ambient = color.w;
     out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
+    if lit_at_vertices {
+        out.normal = radiance_at_vertex(out);
+    }
     return out;
 }
 
@@ -247,6 +260,12 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     return direct + (leaf.reflected * around.front + leaf.passed * around.back) * open;
 }
 
+// The margin dries first, of one leaf more than of another; `margin` is 1 there.
+fn dried(color: vec3<f32>, margin: f32) -> vec3<f32> {
+    let dry = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
+    return color * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dry);
+}
+
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
 // along it. Veins are paler, the blade between them darkens to its margin.
 fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
@@ -258,7 +277,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
     var shade = 1.0 + 0.30 * rib * (1.0 - smoothstep(0.1, 0.4, pixel));
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
-    let margin = mix(smoothstep(0.22, 0.5, across), 0.25, smoothstep(0.1, 0.4, pixel));
+    let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
@@ -272,8 +291,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
         shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
-    let dried = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
-    return color * shade * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dried);
+    return dried(color, margin) * shade;
 }
 
 fn in_the_air(radiance: vec3<f32>, world: vec3<f32>) -> vec3<f32> {

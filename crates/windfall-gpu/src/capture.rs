@@ -143,7 +143,7 @@ impl CountLeaves {
         let trees = cull::TALLIES * 4;
         let readback = Readback::new(device, leaves + trees);
         let to = &readback.buffer;
-        let first = forest.falls.bins.len() as u64 * 20;
+        let first = forest.falls.tallies_offset();
         encoder.copy_buffer_to_buffer(&forest.falls.counters, first, to, 0, leaves);
         let lists = &forest.lists;
         let first = lists.tallies_offset();

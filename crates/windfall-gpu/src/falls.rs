@@ -8,6 +8,7 @@
 
 use crate::events::{DetachEvent, Thrown};
 use crate::listed::table_view;
+use crate::model::quads;
 use crate::pass::GpuOcclusion;
 use crate::renderer::Renderer;
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
@@ -23,6 +24,7 @@ use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::path::{FallSettings, Flight, PathSet, PathTables, Variation};
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::simple_shapes;
 use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
@@ -153,6 +155,8 @@ pub(crate) struct Bin {
     pub model: usize,
     pub vertices: wgpu::Buffer,
     pub indices: wgpu::Buffer,
+    /// The same of the shape in two triangles, for leaves of a few pixels.
+    pub small: Option<(wgpu::Buffer, wgpu::Buffer)>,
     /// First of its slots, and how many.
     pub first: u32,
     pub count: u32,
@@ -161,8 +165,6 @@ pub(crate) struct Bin {
 impl Bin {
     pub fn new(device: &wgpu::Device, trees: &[Tree], bin: &PlannedBin) -> Self {
         let shape = &trees[bin.model].foliage.shapes[bin.shape];
-        let vertices: Vec<ShapeVertex> =
-            (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
         let init = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("leaf shape"),
@@ -170,10 +172,19 @@ impl Bin {
                 usage,
             })
         };
+        let buffers = |shape: &LeafShape| {
+            let vertices: Vec<ShapeVertex> =
+                (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
+            let indices = bytemuck::cast_slice(&shape.indices);
+            let vertices = init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX);
+            (vertices, init(indices, wgpu::BufferUsages::INDEX))
+        };
+        let (vertices, indices) = buffers(shape);
         Self {
             model: bin.model,
-            vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
-            indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
+            vertices,
+            indices,
+            small: bin.simple.as_ref().map(buffers),
             first: bin.first,
             count: bin.count,
         }
@@ -183,7 +194,7 @@ impl Bin {
 /// Lists of leaves that are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum List {
-    /// All, but those of the others.
+    /// All, but those of the others; small ones from its end.
     Plain = 0,
     /// Leaves that are tested for being seen. Like the next, with leaf occlusion alone.
     Tested = 1,
@@ -221,7 +232,11 @@ impl GpuFalls {
         lists: &wgpu::Buffer,
     ) -> Self {
         let mut records = LeafRecords::new(trees);
-        let plan = Plan::new(trees, &mut records, forest, falls);
+        let mut plan = Plan::new(trees, &mut records, forest, falls);
+        // Small leaves are drawn from the end of a list, whose beginning the GPU finds.
+        if device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
+            plan.simplify(trees);
+        }
         let (tables, mut frame) = tables(falls, forest, models);
         frame.stream_count = plan.streams.len() as u32;
         frame.slot_count = plan.slot_count;
@@ -259,7 +274,7 @@ impl GpuFalls {
             leaf_lists * slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_SRC,
         );
-        let words = 5 * leaf_lists * plan.bins.len() as u64 + TALLIES as u64 + watched;
+        let words = 5 * (leaf_lists + 1) * plan.bins.len() as u64 + TALLIES as u64 + watched;
         let counters = empty(
             "leaf counters",
             words * 4,
@@ -309,7 +324,9 @@ impl GpuFalls {
             .collect();
         let mut tallies = [0; TALLIES];
         tallies[6] = 1;
-        let arguments = [&draws[..], &tallies, &draws.repeat(leaf_lists as usize - 1)].concat();
+        let small: Vec<u32> = plan.bins.iter().flat_map(|bin| [6, 0, 0, 0, bin.count]).collect();
+        let others = draws.repeat(leaf_lists as usize - 1);
+        let arguments = [&draws[..], &small, &tallies, &others].concat();
         let arguments = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("empty draws"),
             contents: bytemuck::cast_slice(&arguments),
@@ -355,7 +372,7 @@ impl GpuFalls {
     }
 
     fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, tally: u64, to: u64) {
-        let from = (5 * self.bins.len() as u64 + tally) * 4;
+        let from = self.tallies_offset() + tally * 4;
         encoder.copy_buffer_to_buffer(&self.counters, from, &self.landings, to, 4);
     }
 
@@ -364,7 +381,7 @@ impl GpuFalls {
         let bins = self.bins.len() as u64;
         let first = match list {
             List::Plain => 0,
-            _ => 5 * bins * list as u64 + TALLIES as u64,
+            _ => 5 * bins * (list as u64 + 1) + TALLIES as u64,
         };
         (first + 5 * bin as u64) * 4
     }
@@ -378,12 +395,22 @@ impl GpuFalls {
 
     /// Where the tallies of tested and of skipped leaves are among the counters, bytes.
     pub fn sight_tallies(&self) -> u64 {
-        (5 * self.bins.len() as u64 + 10) * 4
+        self.tallies_offset() + 40
+    }
+
+    /// Where the tallies are among the counters, bytes.
+    pub fn tallies_offset(&self) -> u64 {
+        10 * self.bins.len() as u64 * 4
+    }
+
+    /// Where the draw of a bin's small leaves has its indirect arguments, bytes.
+    pub fn small_arguments(&self, bin: usize) -> u64 {
+        5 * (self.bins.len() + bin) as u64 * 4
     }
 
     /// For each leaf of a bin that is tested its slot.
     pub fn tested_slots(&self, bin: &Bin) -> wgpu::BufferSlice<'_> {
-        let first = 15 * self.bins.len() as u64 + TALLIES as u64 + u64::from(bin.first);
+        let first = 20 * self.bins.len() as u64 + TALLIES as u64 + u64::from(bin.first);
         self.counters.slice(first * 4..(first + u64::from(bin.count)) * 4)
     }
 
@@ -490,6 +517,8 @@ pub(crate) struct PlannedBin {
     pub shape: usize,
     pub first: u32,
     pub count: u32,
+    /// Its shape in two triangles.
+    pub simple: Option<LeafShape>,
 }
 
 /// Streams, bins and slots of a forest.
@@ -547,7 +576,7 @@ impl Plan {
                         thickness: geometry.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max),
                         radius: geometry.radius(),
                         thrown: 0,
-                        padding: 0,
+                        simple: 0,
                     };
                     if let Some(times) = thrown.of(index as u32) {
                         let [rest, thrown] = records.split(&stream, times);
@@ -563,11 +592,24 @@ impl Plan {
                         shape,
                         first,
                         count: plan.slot_count - first,
+                        simple: None,
                     });
                 }
             }
         }
         plan
+    }
+
+    /// Finds shapes of two triangles.
+    fn simplify(&mut self, trees: &[Tree]) {
+        let quads = |tree: &Tree| quads(&tree.foliage, &simple_shapes(&tree.foliage));
+        let of_trees: Vec<Option<Vec<LeafShape>>> = trees.iter().map(quads).collect();
+        for bin in &mut self.bins {
+            bin.simple = of_trees[bin.model].as_ref().map(|shapes| shapes[bin.shape].clone());
+        }
+        for stream in &mut self.streams {
+            stream.simple = u32::from(self.bins[stream.bin as usize].simple.is_some());
+        }
     }
 
     /// Adds a stream with its slots, unless it has none.

@@ -447,7 +447,7 @@ impl LeafMesh {
 
 /// The shapes of leaves without pictures as quads, if every one has few enough triangles for that;
 /// `simple` are what [`simple_shapes`] has found, nothing where there is nothing to find.
-fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
+pub(crate) fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
     let plain =
         |m: &Material| m.alpha_cutoff.is_none() && !matches!(m.surface, tree::Surface::Texture(..));
     if simple.is_empty() || !foliage.materials.iter().all(plain) {

@@ -542,8 +542,8 @@ gpu_struct! {
         /// 1 where detach times stand behind the entries of the shed list, 0 where they follow from
         /// shed ranks.
         pub thrown: u32,
-        /// Unused.
-        pub padding: u32,
+        /// 1 where the shape can be drawn in two triangles.
+        pub simple: u32,
     }
 }
 

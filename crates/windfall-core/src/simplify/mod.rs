@@ -51,7 +51,8 @@ pub struct Simplification {
     pub wood_pixels: f32,
     /// Length in the picture below which leaves are drawn in two triangles, lit at their corners,
     /// pixels; 0 keeps the outlines of trees in full at any distance. Leaves of trees of which fewer
-    /// than [`SIMPLE_BELOW`] are left are drawn so however large. At six pixels no change is seen.
+    /// than [`SIMPLE_BELOW`] are left are drawn so however large. At ten pixels no change is seen but in single
+    /// leaves. Leaves that have left their twigs are drawn alike.
     pub leaf_pixels: f32,
 }
 
@@ -139,7 +140,7 @@ impl Simplification {
             smooth: false,
         },
         wood_pixels: 0.5,
-        leaf_pixels: 6.0,
+        leaf_pixels: 10.0,
     };
 
     /// Nothing is simplified.

@@ -17,6 +17,8 @@ pub(crate) struct Falls {
     change: wgpu::ComputePipeline,
     solid: wgpu::RenderPipeline,
     masked: wgpu::RenderPipeline,
+    /// Of leaves of a few pixels.
+    small: wgpu::RenderPipeline,
     solid_shadow: wgpu::RenderPipeline,
     masked_shadow: wgpu::RenderPipeline,
 }
@@ -114,7 +116,7 @@ impl Falls {
         let device = shaders.device;
         let layout_falls = layout(device, "falls", &[false, false, false, false, true, true, true]);
         let compute = |label| kernel(shaders, &layout_falls, label, false);
-        let draw = |label, fragment, alpha_to_coverage, target| {
+        let draw = |label, fragment, alpha_to_coverage, target, lit_at_vertices| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
@@ -125,23 +127,26 @@ impl Falls {
                 fragment,
                 alpha_to_coverage,
                 target,
-                constants: &[],
+                constants: &[("lit_at_vertices", lit_at_vertices)],
             })
         };
+        let radiance = DrawTarget::Radiance;
         Self {
             windows: compute("windows"),
             find: compute("find"),
             land: compute("land"),
             pose: compute("pose"),
             change: compute("change"),
-            solid: draw("loose leaves", Some("solid"), false, DrawTarget::Radiance),
-            masked: draw("masked loose leaves", Some("masked"), true, DrawTarget::Radiance),
-            solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow),
+            solid: draw("loose leaves", Some("solid"), false, radiance, 0.0),
+            masked: draw("masked loose leaves", Some("masked"), true, radiance, 0.0),
+            small: draw("small loose leaves", Some("solid"), false, radiance, 1.0),
+            solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow, 0.0),
             masked_shadow: draw(
                 "masked loose leaf shadow",
                 Some("masked_shadow"),
                 false,
                 DrawTarget::Shadow,
+                0.0,
             ),
             layout: layout_falls,
         }
@@ -181,6 +186,7 @@ impl Falls {
         let lists = [List::Plain, List::Tested];
         let lists = if forest.falls.occlusion.is_some() { &lists[..] } else { &lists[..1] };
         draw_lists(pass, forest, lists, &self.solid, &self.masked);
+        draw_small(pass, forest, &self.small);
     }
 
     /// What the camera does not see may yet cast shadows.
@@ -188,6 +194,24 @@ impl Falls {
         let lists = [List::Plain, List::Tested, List::Skipped];
         let lists = if forest.falls.occlusion.is_some() { &lists[..] } else { &lists[..1] };
         draw_lists(pass, forest, lists, &self.solid_shadow, &self.masked_shadow);
+        draw_small(pass, forest, &self.solid_shadow);
+    }
+}
+
+fn draw_small(
+    pass: &mut wgpu::RenderPass<'_>,
+    forest: &GpuForest,
+    pipeline: &wgpu::RenderPipeline,
+) {
+    let falls = &forest.falls;
+    pass.set_pipeline(pipeline);
+    for (i, bin) in falls.bins.iter().enumerate() {
+        let Some((vertices, indices)) = &bin.small else { continue };
+        pass.set_bind_group(1, &forest.models[bin.model].leaves.bind_group, &[]);
+        pass.set_vertex_buffer(0, vertices.slice(..));
+        pass.set_vertex_buffer(1, falls.leaves_of(List::Plain, bin));
+        pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed_indirect(&falls.counters, falls.small_arguments(i));
     }
 }
 
@@ -353,11 +377,16 @@ mod tests {
             let drawn = read(device, queue, &forest.falls.drawn);
             let drawn: &[LooseLeaf] = bytemuck::cast_slice(&drawn);
             let mut leaves = Vec::new();
+            let bins = forest.falls.bins.len();
             for (i, bin) in forest.falls.bins.iter().enumerate() {
                 let first = bin.first as usize;
                 leaves.extend(&drawn[first..first + counters[5 * i + 1] as usize]);
+                let [_, small, _, _, at] = counters[5 * (bins + i)..][..5] else { continue };
+                leaves.extend(&drawn[first + at as usize..][..small as usize]);
+                assert_eq!(at + small, bin.count);
+                assert!(counters[5 * i + 1] + small <= bin.count);
             }
-            let tallies = &counters[5 * forest.falls.bins.len()..][..5];
+            let tallies = &counters[10 * bins..][..5];
             (leaves, tallies.try_into().unwrap())
         }
     }
