@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
-use windfall_core::simplify::Simplification;
+use windfall_core::simplify::{Simplification, simple_shapes};
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
 use windfall_gpu::{Camera, Elimination, Falls, GpuForest, Quality, Strategy, View};
@@ -119,9 +119,12 @@ struct Many {
     change_ms: Spread,
     pose_over_copy: f64,
     bare_draw_ms: Spread,
+    /// The same leaves in the two triangles that small ones are drawn in.
+    bare_simple_ms: Spread,
     frame_ms: Spread,
     frame_without_ms: Spread,
     leaves_over_bare_draw: f64,
+    leaves_over_bare_simple: f64,
     slot_bytes: u32,
     draw_bytes: u32,
 }
@@ -234,7 +237,8 @@ fn view(eye: Vec3, target: Vec3, time: f32) -> View {
         meadow: 0.5,
         trails: Default::default(),
         shadows: false,
-        detail: Simplification::NONE,
+        // All leaves, as they are drawn by default: small ones in two triangles.
+        detail: Simplification { h: 0.0, wood_pixels: 0.0, ..Simplification::DEFAULT },
         quality: Quality::LOW,
         ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
     }
@@ -424,32 +428,43 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     let aspect = args.size.0 as f32 / args.size.1 as f32;
     let count = stage.leaf_count() as u32;
     let clip = view.camera.clip_from_world(aspect);
-    let bare = Bare::new(gpu, count, &stage.trees[0].foliage.shapes[0], bounds, clip, args.size);
+    let foliage = &stage.trees[0].foliage;
+    let simple = simple_shapes(foliage).into_iter().next().flatten();
+    let simple = simple.context("the species' leaf has no simple shape")?;
+    let [bare, bare_simple] = [&foliage.shapes[0], &simple]
+        .map(|shape| Bare::new(gpu, count, shape, bounds, clip, args.size));
     let (mut copy, mut pose, mut change) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut draw, mut frame, mut rest) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut draw, mut draw_simple) = (Vec::new(), Vec::new());
+    let (mut frame, mut rest) = (Vec::new(), Vec::new());
     for i in 0..WARM_UP + args.frames {
         let (copied, drawn) = bare.measure(gpu)?;
+        let (_, drawn_simple) = bare_simple.measure(gpu)?;
         let whole = easel.frame(gpu, &falling, &view)?;
         let bald = easel.frame(gpu, &without, &view)?;
         if i >= WARM_UP {
             copy.push(copied);
             draw.push(drawn);
+            draw_simple.push(drawn_simple);
             pose.push(whole.gpu.get("pose").copied().unwrap_or(f64::NAN));
             change.push(whole.gpu.get("change").copied().unwrap_or(f64::NAN));
             frame.push(whole.wall);
             rest.push(bald.wall);
         }
     }
-    let [copy_ms, pose_ms, change_ms, bare_draw_ms, frame_ms, frame_without_ms] =
-        [&copy, &pose, &change, &draw, &frame, &rest].map(|v| Spread::of(v));
+    let [copy_ms, pose_ms, change_ms, bare_draw_ms, bare_simple_ms] =
+        [&copy, &pose, &change, &draw, &draw_simple].map(|v| Spread::of(v));
+    let [frame_ms, frame_without_ms] = [&frame, &rest].map(|v| Spread::of(v));
+    let of_leaves = frame_ms.median - frame_without_ms.median;
     let many = Many {
         leaves: u64::from(count),
         pose_over_copy: (pose_ms.median + change_ms.median) / copy_ms.median,
-        leaves_over_bare_draw: (frame_ms.median - frame_without_ms.median) / bare_draw_ms.median,
+        leaves_over_bare_draw: of_leaves / bare_draw_ms.median,
+        leaves_over_bare_simple: of_leaves / bare_simple_ms.median,
         copy_ms,
         pose_ms,
         change_ms,
         bare_draw_ms,
+        bare_simple_ms,
         frame_ms,
         frame_without_ms,
         slot_bytes: 36,
@@ -466,9 +481,13 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
     );
     println!("pass of leaves that change, GPU clock    {}", many.change_ms);
     println!("bare instanced draw, wall clock          {}", many.bare_draw_ms);
+    println!("the same in two triangles a leaf         {}", many.bare_simple_ms);
     println!("whole frame, wall clock                  {}", many.frame_ms);
     println!("the same frame without those leaves      {}", many.frame_without_ms);
-    println!("the leaves' part over the bare draw      {:.2}", many.leaves_over_bare_draw);
+    println!(
+        "the leaves' part over the bare draws     {:.2}, {:.2}",
+        many.leaves_over_bare_draw, many.leaves_over_bare_simple
+    );
     println!("memory a leaf: 32 bytes of state, 4 to list it while it changes, 32 to draw it");
     Ok(many)
 }
