@@ -21,8 +21,9 @@ struct LeafVertex {
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) world: vec3<f32>,
-    // Of leaves lit at their vertices, their radiance.
-    @location(1) normal: vec3<f32>,
+    // Of leaves lit at their vertices, their radiance: within the leaf. Of one that covers no pixel's middle,
+    // that of its plane there may be many times what any of its corners has.
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
     // What reaches the leaf of the sun, of one far away, in `w`.
     @location(2) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
@@ -137,9 +138,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    // The mean of leaves at this depth: a far crown keeps its light side and its dark middle.
-    let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
-    out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
+    out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
     if lit_at_vertices {
         out.normal = in_the_air(leaf_radiance(out, tinted(out.color, surfaces[out.material]), 1.0), out.world);
     }

@@ -111,6 +111,21 @@ impl Foliage {
             / covered.max(1e-9);
         Self { covered, color: color.as_vec3(), luminance: mean, variance }
     }
+
+    /// Of several sides, each as much as it covers.
+    pub fn mean(sides: &[Self]) -> Self {
+        let covered: f64 = sides.iter().map(|f| f.covered).sum();
+        let mean = |of: &dyn Fn(&Self) -> f64| {
+            sides.iter().map(|f| f.covered * of(f)).sum::<f64>() / covered.max(1e-9)
+        };
+        let color = [0, 1, 2].map(|c| mean(&|f| f64::from(f.color[c])) as f32);
+        Self {
+            covered,
+            color: color.into(),
+            luminance: mean(&|f| f.luminance),
+            variance: mean(&|f| f.variance),
+        }
+    }
 }
 
 /// What pictures of one size are drawn on.
