@@ -21,11 +21,11 @@ struct LeafVertex {
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) world: vec3<f32>,
-    // Of leaves lit at their vertices, their radiance: within the leaf. Of one that covers no pixel's middle,
-    // that of its plane there may be many times what any of its corners has.
-    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
-    // What reaches the leaf of the sun, of one far away, in `w`.
-    @location(2) bent_normal_reach: vec4<f32>,
+    @location(1) normal: vec3<f32>,
+    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves lit at their vertices, their
+    // radiance. Within the leaf: of one that covers no pixel's middle, that of its plane there may be many
+    // times what any of its corners has.
+    @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
@@ -140,7 +140,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     }
     out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
     if lit_at_vertices {
-        out.normal = in_the_air(leaf_radiance(out, tinted(out.color, surfaces[out.material]), 1.0), out.world);
+        out.bent_normal_reach = vec4(in_the_air(leaf_radiance(out, tinted(out.color, surfaces[out.material]), 1.0), out.world), 1.0);
     }
     return out;
 }
@@ -294,7 +294,7 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 
 fn solid_color(in: Varyings) -> vec4<f32> {
     if lit_at_vertices {
-        return vec4(in.normal, 1.0);
+        return in.bent_normal_reach;
     }
     let surface = surfaces[in.material];
     var albedo = venation(in.uv, tinted(in.color, surface));
