@@ -59,6 +59,6 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
         let in = leaf_vertex(first + i);
         let seen = leaf_seen(tree, in.leaf);
         let corner = hanging(in, tree, sqrt(seen), seen);
-        quads[4u * quad + i] = quad_corner(corner.clip, corner.normal);
+        quads[4u * quad + i] = quad_corner(corner.clip, corner.bent_normal_reach.xyz);
     }
 }

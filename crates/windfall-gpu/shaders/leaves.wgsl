@@ -21,10 +21,11 @@ struct LeafVertex {
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
     @location(0) world: vec3<f32>,
-    // Of leaves lit at their vertices, their radiance.
     @location(1) normal: vec3<f32>,
-    // What reaches the leaf of the sun, of one far away, in `w`.
-    @location(2) bent_normal_reach: vec4<f32>,
+    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves lit at their vertices, their
+    // radiance. Within the leaf: of one that covers no pixel's middle, that of its plane there may be many
+    // times what any of its corners has.
+    @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
@@ -139,11 +140,9 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
-    // The mean of leaves at this depth: a far crown keeps its light side and its dark middle.
-    let depth = 0.5 + 0.5 * length(from_center) + 0.12 * from_center.y;
-    out.ambient = mix(min(model.mean_ambient * depth, 1.0), in.offset_ambient.w, shading_contrast);
+    out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
     if lit_at_vertices {
-        out.normal = radiance_at_vertex(out);
+        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
     }
     return out;
 }
@@ -200,7 +199,7 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     out.ambient = color.w;
     out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
     if lit_at_vertices {
-        out.normal = radiance_at_vertex(out);
+        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
     }
     return out;
 }
@@ -313,7 +312,7 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 
 fn solid_color(in: Varyings) -> vec4<f32> {
     if lit_at_vertices {
-        return vec4(in.normal, 1.0);
+        return in.bent_normal_reach;
     }
     let surface = surfaces[in.material];
     var albedo = venation(in.uv, tinted(in.color, surface));

@@ -11,6 +11,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return covering_triangle(index);
 }
 
+// Frame.show: radiance of leaves alone, as it is measured.
+const SHOW_RADIANCE: u32 = 6u;
 const SYSTEM_GAMMA: f32 = 1.2;
 const GREY: f32 = 0.18;
 
@@ -43,6 +45,9 @@ fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
     if frame.show == SHOW_COVERAGE {
         return linear;
     }
+    if frame.show == SHOW_RADIANCE {
+        return linear * frame.exposure;
+    }
     return max(neutral(system(linear * frame.exposure)), vec3(0.0));
 }
 
@@ -56,9 +61,6 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         color += sample_color(pixel, i);
     }
     color *= 0.25;
-    if frame.show == SHOW_COVERAGE {
-        return vec4(color, 1.0);
-    }
     if has(RECONSTRUCTION) {
         let last = vec2<i32>(textureDimensions(radiance)) - 1;
         var around = vec3(0.0);
@@ -67,6 +69,9 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
             around += sample_color(clamp(pixel + neighbour.xy, vec2(0), last), neighbour.z);
         }
         color = (color + around * (0.25 * NEIGHBOUR_WEIGHT)) / (1.0 + NEIGHBOUR_WEIGHT);
+    }
+    if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE {
+        return vec4(color, 1.0);
     }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.
     let noise = (interleaved_noise(at.xy) - 0.5) / 255.0;

@@ -285,22 +285,19 @@ fn model_uniform(tree: &Tree) -> Model {
             *color = colors.color(i as f32 / 7.0).extend(1.0);
         }
     }
-    let extent = foliage
-        .leaves
-        .iter()
-        .map(|l| (l.center - foliage.crown_center).abs())
-        .fold(Vec3::splat(1e-3), Vec3::max);
     Model {
         palette,
         mean_palette: foliage.palette.as_ref().map_or([Vec4::ONE; 8], mean_palette),
         crown_center: foliage.crown_center,
         palette_count: if foliage.palette.is_some() { palette.len() as u32 } else { 0 },
-        crown_extent: extent,
+        crown_extent: foliage.crown_extent(),
         palette_spread: foliage.palette.as_ref().map_or(0.0, |p| p.spread),
+        ambient: foliage.shading.ambient,
         texture_luminance: 1.0,
         leaf_count: foliage.leaves.len() as u32,
-        tree_height: tree.height(),
-        mean_ambient: foliage.shading.ambient,
+        padding0: 0,
+        padding1: 0,
+        padding2: 0,
         crown: Crown::zeroed(),
     }
 }

@@ -327,14 +327,18 @@ gpu_struct! {
         pub crown_extent: Vec3,
         /// Spread of the season's phase over the leaves of a tree.
         pub palette_spread: f32,
+        /// `windfall_core::simplify::Shading::ambient`.
+        pub ambient: Vec3,
         /// Mean luminance of the leaf textures, to recolour them.
         pub texture_luminance: f32,
         /// Leaves of the model.
         pub leaf_count: u32,
-        /// Height of the tree, metres.
-        pub tree_height: f32,
-        /// Mean of what its leaves have of the ambient light, as they are seen.
-        pub mean_ambient: f32,
+        /// Unused.
+        pub padding0: u32,
+        /// Unused.
+        pub padding1: u32,
+        /// Unused.
+        pub padding2: u32,
         /// What lists of its trees are made from.
         pub crown: Crown,
     }

@@ -183,12 +183,21 @@ pub enum Show {
     /// tested in blue, those that are skipped in red, before everything. The picture for a forest without
     /// [`crate::Falls::leaf_occlusion`].
     Occlusion = 5,
+    /// The radiance of leaves alone, on black, times the exposure: linear up to 1, not tone mapped.
+    Radiance = 6,
 }
 
 impl Show {
     /// Each of them.
-    pub const ALL: [Self; 6] =
-        [Self::Picture, Self::Laps, Self::Detail, Self::Leaves, Self::Coverage, Self::Occlusion];
+    pub const ALL: [Self; 7] = [
+        Self::Picture,
+        Self::Laps,
+        Self::Detail,
+        Self::Leaves,
+        Self::Coverage,
+        Self::Occlusion,
+        Self::Radiance,
+    ];
 
     /// Its name on command lines.
     pub fn name(self) -> &'static str {
@@ -199,12 +208,13 @@ impl Show {
             Self::Leaves => "leaves",
             Self::Coverage => "coverage",
             Self::Occlusion => "occlusion",
+            Self::Radiance => "radiance",
         }
     }
 
     /// Whether nothing but leaves is drawn.
     pub(crate) fn leaves_alone(self) -> bool {
-        matches!(self, Self::Leaves | Self::Coverage)
+        matches!(self, Self::Leaves | Self::Coverage | Self::Radiance)
     }
 }
 

@@ -178,6 +178,12 @@ impl Foliage {
         (self.visible_share, self.disocclusion) = (seen.share, seen.disocclusion);
     }
 
+    /// Half of the box about [`Self::crown_center`] that holds all leaves' centres, metres; above 0.
+    pub fn crown_extent(&self) -> Vec3 {
+        let extents = self.leaves.iter().map(|l| (l.center - self.crown_center).abs());
+        extents.fold(Vec3::splat(1e-3), Vec3::max)
+    }
+
     /// Triangles of all leaves.
     pub fn triangle_count(&self) -> usize {
         self.leaves.iter().map(|l| self.shapes[l.shape as usize].indices.len() / 3).sum()

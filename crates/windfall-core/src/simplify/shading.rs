@@ -8,8 +8,9 @@ use std::f32::consts::PI;
 /// Means over the leaves of a crown that are seen from outside, each leaf by its visible area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
-    /// Mean of [`crate::foliage::Leaf::ambient`].
-    pub ambient: f32,
+    /// [`crate::foliage::Leaf::ambient`] over the leaf's place in the crown, by least squares:
+    /// [`Self::ambient_at`]. A far crown keeps its light side and its dark middle, and the mean.
+    pub ambient: Vec3,
     /// Mean of `n nᵀ` of the leaves' normals `n`: a third of the identity where they lean in every
     /// direction alike.
     pub normals: Mat3,
@@ -18,7 +19,7 @@ pub struct Shading {
 impl Default for Shading {
     /// Leaves that lean in every direction alike, in the open.
     fn default() -> Self {
-        Self { ambient: 1.0, normals: Mat3::from_diagonal(Vec3::splat(1.0 / 3.0)) }
+        Self { ambient: Vec3::X, normals: Mat3::from_diagonal(Vec3::splat(1.0 / 3.0)) }
     }
 }
 
@@ -26,18 +27,31 @@ impl Shading {
     /// Looks at a crown from five directions.
     pub fn of(foliage: &Foliage) -> Self {
         let shares = seen_shares(foliage);
-        let mut out = Self { ambient: 0.0, normals: Mat3::ZERO };
+        let square = |v: Vec3| Mat3::from_cols(v * v.x, v * v.y, v * v.z);
+        let extent = foliage.crown_extent();
+        let mut normals = Mat3::ZERO;
+        let (mut squares, mut products) = (Mat3::ZERO, Vec3::ZERO);
         for (leaf, &share) in foliage.leaves.iter().zip(&shares) {
-            let n = leaf.orientation * Vec3::Y;
-            out.ambient += leaf.ambient * share;
-            out.normals += Mat3::from_cols(n * n.x, n * n.y, n * n.z) * share;
+            normals += square(leaf.orientation * Vec3::Y) * share;
+            let place = place_in_crown((leaf.center - foliage.crown_center) / extent);
+            squares += square(place) * share;
+            products += place * (share * leaf.ambient);
         }
         let sum: f32 = shares.iter().sum();
+        // A ridge: slopes of leaves that lie at one depth are 0, and the mean is exact all the same.
+        let squares = squares + Mat3::from_diagonal(Vec3::new(0.0, 1e-4, 1e-4) * sum);
+        let ambient = squares.inverse() * products;
         // Not `sum < …`: what is not a number is of no use either.
-        if !(sum > 0.0 && out.normals.is_finite()) {
+        if !(sum > 0.0 && normals.is_finite() && ambient.is_finite()) {
             return Self::default();
         }
-        Self { ambient: out.ambient / sum, normals: out.normals * (1.0 / sum) }
+        Self { ambient, normals: normals * (1.0 / sum) }
+    }
+
+    /// What leaves at a place of the crown have of the ambient light in the mean, `0..=1`; the place is
+    /// from the crown's centre, in half extents of the crown.
+    pub fn ambient_at(&self, from_center: Vec3) -> f32 {
+        self.ambient.dot(place_in_crown(from_center)).clamp(0.0, 1.0)
     }
 
     /// `E(|cos|)` between the leaves and a unit vector towards the light, over all of them.
@@ -68,9 +82,15 @@ impl Shading {
     const EXPONENT: f32 = 0.630_929_75;
 }
 
+/// What ambient light depends on: the depth in the crown, and the height.
+fn place_in_crown(from_center: Vec3) -> Vec3 {
+    Vec3::new(1.0, from_center.length(), from_center.y)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foliage::Leaf;
     use crate::rng::Rng;
     use crate::tree::species::Species;
     use glam::Quat;
@@ -132,10 +152,37 @@ mod tests {
                 let found = shading.mean_cosine(light);
                 assert!((found / exact - 1.0).abs() < 0.1, "{species} {light}: {found}, {exact}");
             }
-            let ambient =
-                foliage.leaves.iter().zip(&seen).map(|(l, s)| l.ambient * s).sum::<f32>() / sum;
-            assert!((shading.ambient / ambient - 1.0).abs() < 0.05);
+            let mean = |of: &dyn Fn(&Leaf) -> f32| {
+                foliage.leaves.iter().zip(&seen).map(|(l, s)| of(l) * s).sum::<f32>() / sum
+            };
+            let extent = foliage.crown_extent();
+            let found = |l: &Leaf| shading.ambient_at((l.center - foliage.crown_center) / extent);
+            let (ambient, whole) = (mean(&|l| l.ambient), mean(&found));
+            assert!((whole / ambient - 1.0).abs() < 0.03, "{species}: {whole}, {ambient}");
+            // Its slopes say something: what is left of the spread is less.
+            let spread = mean(&|l| (l.ambient - ambient).powi(2));
+            let left = mean(&|l| (l.ambient - found(l)).powi(2));
+            assert!(left < 0.9 * spread, "{species}: {left} of {spread}");
         }
+    }
+
+    #[test]
+    fn ambient_light_that_falls_off_evenly_with_depth_is_found_as_it_is() {
+        let mut foliage = Species::Birch.grow_with(1, 2000).foliage;
+        let (center, extent) = (foliage.crown_center, foliage.crown_extent());
+        for leaf in &mut foliage.leaves {
+            let place = (leaf.center - center) / extent;
+            leaf.ambient = 0.2 + 0.3 * place.length() + 0.1 * place.y;
+        }
+        let shading = Shading::of(&foliage);
+        assert!((shading.ambient - Vec3::new(0.2, 0.3, 0.1)).length() < 0.02, "{shading:?}");
+        // At one place, their mean.
+        for (i, leaf) in (0..).zip(&mut foliage.leaves) {
+            leaf.center = center;
+            leaf.ambient = if i % 2 == 0 { 0.4 } else { 0.6 };
+        }
+        let found = Shading::of(&foliage).ambient_at(Vec3::ZERO);
+        assert!((found - 0.5).abs() < 0.11, "{found}");
     }
 
     #[test]

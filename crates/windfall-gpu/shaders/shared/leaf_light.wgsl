@@ -42,3 +42,9 @@ fn leaf_gloss(normal: vec3<f32>, facing: f32, light: vec3<f32>, view: vec3<f32>)
     let visibility = 0.5 / (2.0 * facing * n_v * (1.0 - WAX_ALPHA) + (facing + n_v) * WAX_ALPHA);
     return a2 / (PI * d * d) * visibility * wax_fresnel(max(dot(view, half_way), 0.0)) * facing;
 }
+
+// What leaves at a place of the crown have of the ambient light in the mean: the twin of
+// windfall_core::simplify::Shading::ambient_at.
+fn ambient_at(ambient: vec3<f32>, from_center: vec3<f32>) -> f32 {
+    return clamp(dot(ambient, vec3(1.0, length(from_center), from_center.y)), 0.0, 1.0);
+}

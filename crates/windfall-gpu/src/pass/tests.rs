@@ -10,7 +10,7 @@ use glam::{Quat, Vec2, Vec3, Vec4};
 use wgpu::util::DeviceExt;
 use windfall_core::light::{Atmosphere, SkyTable, leaf};
 use windfall_core::rng::Rng;
-use windfall_core::simplify::Branch;
+use windfall_core::simplify::{Branch, Shading};
 use windfall_core::sway;
 use windfall_core::wind::Wind;
 
@@ -363,6 +363,27 @@ fn branches_widen_as_on_the_cpu() {
         let expected = branch.widening(*error);
         assert!((out.x - expected).abs() < 1e-5, "{branch:?} {error}: {} for {expected}", out.x);
     }
+}
+
+#[test]
+fn ambient_light_falls_off_in_the_crown_as_on_the_cpu() {
+    let mut rng = Rng::new(13);
+    let shading = Shading { ambient: Vec3::new(0.3, 0.35, 0.2), ..Shading::default() };
+    let places: Vec<Vec3> = (0..500)
+        .map(|_| Vec3::new(rng.range(-2.0, 2.0), rng.range(-2.0, 2.0), rng.range(-2.0, 2.0)))
+        .collect();
+    let inputs: Vec<[Vec4; 4]> = places
+        .iter()
+        .map(|p| [shading.ambient.extend(0.0), p.extend(0.0), Vec4::ZERO, Vec4::ZERO])
+        .collect();
+    let light = light();
+    let body = "out.x = ambient_at(a[0].xyz, a[1].xyz);";
+    let outputs = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    for (place, out) in places.iter().zip(outputs) {
+        let expected = shading.ambient_at(*place);
+        assert!((out.x - expected).abs() < 1e-5, "{place}: {} for {expected}", out.x);
+    }
+    assert!(places.iter().any(|p| shading.ambient_at(*p) == 1.0), "some are at the bound");
 }
 
 /// The grey of a card is what it was, a stop more is 1.2 stops more, and red to green to blue is as in

@@ -50,6 +50,9 @@ pub struct Args {
     /// Levels of detail of part c
     #[arg(long, value_name = "SHARE", value_delimiter = ',', default_values_t = error::LAMBDAS)]
     lambda: Vec<f32>,
+    /// Candidates of part c, by their names in its table; all where none is given
+    #[arg(long, value_name = "NAME", value_delimiter = ';')]
+    only: Vec<String>,
     /// Rows of the screen that the pictures of part c are parts of
     #[arg(long, value_name = "N", default_value_t = 720)]
     screen: u32,

@@ -2,7 +2,8 @@
 
 use super::plain::Plain;
 use super::stands::{
-    across, amid, away, bald, lambda_total, leaves_in_world, paper, plant, seen, solve, vertices,
+    across, amid, away, bald, lambda_total, leaves_in_world, paper, plant, ring, seen, solve,
+    vertices, within,
 };
 use super::{Args, WARM_UP};
 use crate::bench::Spread;
@@ -14,10 +15,13 @@ use serde::Serialize;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::{Species, papers10};
-use windfall_gpu::{Culling, View};
+use windfall_gpu::{Culling, GpuForest, View};
 
 /// Values of `h` of SFS, figure 5.
 pub const HS: [f32; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
+/// The picture of part b's ring of trees.
+const RING_SIZE: (u32, u32) = (160, 120);
 
 /// Part a.
 #[derive(Serialize)]
@@ -212,6 +216,9 @@ pub struct Cullings {
     /// A frame each, unsimplified.
     full: Vec<CullRow>,
     away: Vec<CullRow>,
+    /// Trees that all cost alike, and the frame in which none is drawn.
+    ring: Vec<CullRow>,
+    ring_none_ms: Spread,
     counts: Vec<CountRow>,
 }
 
@@ -221,6 +228,8 @@ struct CullRow {
     trees_drawn: u64,
     wall_ms: Spread,
     faster: f64,
+    /// The same without the time of a frame that draws no tree, where that is known.
+    trees_faster: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -248,37 +257,41 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
         args.frames
     );
     let forest = easel.forest(gpu, &stage, &stage.falls);
-    let mut measure = |view: &View, cullings: &[Culling], rounds| -> anyhow::Result<Vec<CullRow>> {
-        let mut walls: Vec<Vec<f64>> = vec![Vec::new(); cullings.len()];
-        let mut drawn = vec![0; cullings.len()];
-        for round in 0..rounds {
-            for (i, &culling) in cullings.iter().enumerate() {
-                let measured = easel.frame(gpu, &forest, &View { culling, ..*view })?;
-                drawn[i] = measured.counts.trees.visible;
-                if round >= WARM_UP || rounds == 1 {
-                    walls[i].push(measured.wall);
-                }
-            }
-        }
-        let off = Spread::of(&walls[0]).median;
-        Ok(cullings
-            .iter()
-            .enumerate()
-            .map(|(i, culling)| {
-                let wall_ms = Spread::of(&walls[i]);
-                let faster = off / wall_ms.median;
-                println!("{culling:>12}{:>8} trees{wall_ms:>28}{faster:>9.2} x", drawn[i]);
-                CullRow { culling: culling.to_string(), trees_drawn: drawn[i], wall_ms, faster }
-            })
-            .collect())
-    };
     let rounds = WARM_UP + args.frames;
-    let rows = measure(&view, &Culling::ALL, rounds)?;
+    let rows = cull_rows(gpu, easel, &forest, &view, &Culling::ALL, rounds, None)?;
     println!("the same, looking away: none in view");
-    let away = measure(&away(&view), &Culling::ALL, rounds)?;
+    let away = cull_rows(gpu, easel, &forest, &away(&view), &Culling::ALL, rounds, None)?;
     println!("the first view unsimplified, a frame each");
-    let full = measure(&View { detail: none, ..view }, &[Culling::Off, Culling::Sphere], 1)?;
+    let full = View { detail: none, ..view };
+    let full = cull_rows(gpu, easel, &forest, &full, &[Culling::Off, Culling::Sphere], 1, None)?;
     drop(forest);
+
+    // What a tree out of view costs shows where it costs as much as one in view: as far away, and in a
+    // picture so small that pixels cost little.
+    let stage = ring(papers10().to_vec(), 1000);
+    let small = Easel::new(gpu, RING_SIZE);
+    let aside = |f| within(f, false, half);
+    let fov = solve(0.02, 2.5, tenth, |f| seen(&stage, &aside(f), RING_SIZE).len() as f64);
+    println!(
+        "trees all around, 100 m away, {} in view, {}x{}; in brackets without the frame that draws none",
+        seen(&stage, &aside(fov), RING_SIZE).len(),
+        RING_SIZE.0,
+        RING_SIZE.1
+    );
+    let forest = small.forest(gpu, &stage, &stage.falls);
+    let up = View { culling: Culling::Sphere, ..within(fov, true, half) };
+    let mut empty = Vec::new();
+    for round in 0..rounds {
+        let measured = small.frame(gpu, &forest, &up)?;
+        if round >= WARM_UP {
+            empty.push(measured.wall);
+        }
+    }
+    let ring_none_ms = Spread::of(&empty);
+    println!("{:>12}{:>8} trees{ring_none_ms:>28}", "none", 0);
+    let none_ms = Some(ring_none_ms.median);
+    let ring = cull_rows(gpu, &small, &forest, &aside(fov), &Culling::ALL, rounds, none_ms)?;
+    drop((forest, small));
 
     println!("over the number of trees, small ones, a tenth of them in view or fewer");
     println!("{:>8}{:>9}{:>24}{:>24}{:>28}", "trees", "in view", "CPU", "culling, GPU", "frame");
@@ -304,5 +317,39 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
         counts.push(CountRow { trees, in_view: seen, cpu_ms, cull_gpu_ms, wall_ms });
         trees *= 10;
     }
-    Ok(Cullings { trees: total, in_view, rows, full, away, counts })
+    Ok(Cullings { trees: total, in_view, rows, full, away, ring, ring_none_ms, counts })
+}
+
+/// Frames of one view with some kinds of culling, in turn; how much faster they are, is over the first.
+fn cull_rows(
+    gpu: &mut Gpu,
+    easel: &Easel,
+    forest: &GpuForest,
+    view: &View,
+    cullings: &[Culling],
+    rounds: u32,
+    none_ms: Option<f64>,
+) -> anyhow::Result<Vec<CullRow>> {
+    let mut walls: Vec<Vec<f64>> = vec![Vec::new(); cullings.len()];
+    let mut drawn = vec![0; cullings.len()];
+    for round in 0..rounds {
+        for (i, &culling) in cullings.iter().enumerate() {
+            let measured = easel.frame(gpu, forest, &View { culling, ..*view })?;
+            drawn[i] = measured.counts.trees.visible;
+            if round >= WARM_UP || rounds == 1 {
+                walls[i].push(measured.wall);
+            }
+        }
+    }
+    let off = Spread::of(&walls[0]).median;
+    let row = |(i, culling): (usize, &Culling)| {
+        let wall_ms = Spread::of(&walls[i]);
+        let faster = off / wall_ms.median;
+        let trees_faster = none_ms.map(|none| (off - none) / (wall_ms.median - none));
+        let of_trees = trees_faster.map_or(String::new(), |faster| format!(" ({faster:.2} x)"));
+        println!("{culling:>12}{:>8} trees{wall_ms:>28}{faster:>9.2} x{of_trees}", drawn[i]);
+        let culling = culling.to_string();
+        CullRow { culling, trees_drawn: drawn[i], wall_ms, faster, trees_faster }
+    };
+    Ok(cullings.iter().enumerate().map(row).collect())
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use windfall_core::foliage::Foliage;
-use windfall_core::forest::{Frustum, Placement, Terrain};
+use windfall_core::forest::{Forest, Frustum, Instance, Placement, Terrain};
 use windfall_core::simplify::{
     Growth, Level, Reduction, Seen, Simplification, Visibility, simple_shapes,
 };
@@ -35,6 +35,35 @@ pub fn bald(stage: &Stage) -> Stage {
         };
     }
     bald
+}
+
+/// Trees of `models` all around the middle, as many to each side, 95 to 105 m away: culled or not, all
+/// are simplified alike. Crowns stand in each other, which costs nothing.
+pub fn ring(models: Vec<Tree>, trees: u32) -> Stage {
+    let golden = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
+    let count = models.len() as u32;
+    let instances = (0..trees).map(|i| {
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        let distance = 95.0 + 10.0 * (i as f32 + 0.5) / trees as f32;
+        Instance {
+            model: i % count,
+            position: Vec3::new(sin, 0.0, cos) * distance,
+            yaw: i as f32,
+            scale: 1.0,
+            season_offset: 0.0,
+            seed: i,
+        }
+    });
+    let forest = Forest { terrain: Terrain::flat(), instances: instances.collect() };
+    Stage { trees: models, forest, falls: Falls::none() }
+}
+
+/// From the middle of a ring of trees to the side, or straight up, where none are.
+pub fn within(fov_y: f32, up: bool, detail: Simplification) -> View {
+    let eye = Vec3::new(0.0, 6.0, 0.0);
+    let target = eye + if up { Vec3::Y } else { Vec3::NEG_Z };
+    let camera = Camera { eye, target, fov_y, near: 0.1 };
+    View { shadows: false, quality: Quality::LOW, detail, season: 0.55, ..View::new(camera) }
 }
 
 /// From the edge of the forest across it, at three times a man's height; unsimplified, without

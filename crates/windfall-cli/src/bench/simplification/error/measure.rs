@@ -47,12 +47,27 @@ impl Linear {
 
     /// Mean difference, in steps of a stored picture.
     pub fn difference(&self, other: &Self) -> f64 {
-        let steps = |a: &Vec3, b: &Vec3| {
+        self.steps(other).sum::<f64>() / self.pixels.len().max(1) as f64
+    }
+
+    /// The largest mean difference over squares of `side` pixels, steps of a stored picture; sides of the
+    /// picture are multiples of it.
+    pub fn most_different_tile(&self, other: &Self, side: u32) -> f64 {
+        let across = self.width / side;
+        let mut sums = vec![0.0; (across * (self.height / side)) as usize];
+        for (i, steps) in (0..).zip(self.steps(other)) {
+            let (x, y) = (i % self.width / side, i / self.width / side);
+            sums[(y * across + x) as usize] += steps;
+        }
+        sums.into_iter().fold(0.0, f64::max) / f64::from(side * side)
+    }
+
+    /// The difference of each pixel.
+    fn steps(&self, other: &Self) -> impl Iterator<Item = f64> {
+        self.pixels.iter().zip(&other.pixels).map(|(a, b)| {
             let [a, b] = [a, b].map(|v| v.to_array().map(encoded));
             f64::from((a[0] - b[0]).abs() + (a[1] - b[1]).abs() + (a[2] - b[2]).abs()) / 3.0
-        };
-        let sum: f64 = self.pixels.iter().zip(&other.pixels).map(|(a, b)| steps(a, b)).sum();
-        sum / self.pixels.len().max(1) as f64
+        })
     }
 
     /// Mean FLIP error, as a person sees it at 67 pixels a degree.
@@ -110,6 +125,21 @@ impl Foliage {
             .sum::<f64>()
             / covered.max(1e-9);
         Self { covered, color: color.as_vec3(), luminance: mean, variance }
+    }
+
+    /// Of several sides, each as much as it covers.
+    pub fn mean(sides: &[Self]) -> Self {
+        let covered: f64 = sides.iter().map(|f| f.covered).sum();
+        let mean = |of: &dyn Fn(&Self) -> f64| {
+            sides.iter().map(|f| f.covered * of(f)).sum::<f64>() / covered.max(1e-9)
+        };
+        let color = [0, 1, 2].map(|c| mean(&|f| f64::from(f.color[c])) as f32);
+        Self {
+            covered,
+            color: color.into(),
+            luminance: mean(&|f| f.luminance),
+            variance: mean(&|f| f.variance),
+        }
     }
 }
 
@@ -190,6 +220,18 @@ mod tests {
         assert!((leaves.covered - 2.5).abs() < 1e-6);
         assert!((leaves.luminance - 0.4).abs() < 1e-6);
         assert!((leaves.variance - 0.08 / 2.5).abs() < 1e-6, "{leaves:?}");
+    }
+
+    #[test]
+    fn a_change_of_one_pixel_shows_in_its_square() {
+        let dark = vec![Vec3::ZERO; 8 * 4];
+        let mut lit = dark.clone();
+        lit[8 + 5] = Vec3::ONE;
+        let [dark, lit] = [dark, lit].map(|pixels| Linear::new((8, 4), pixels));
+        // One of sixteen in the right half, one of 32 in all.
+        assert!((lit.most_different_tile(&dark, 4) - 255.0 / 16.0).abs() < 1e-3);
+        assert!((lit.difference(&dark) - 255.0 / 32.0).abs() < 1e-3);
+        assert_eq!(dark.most_different_tile(&dark, 4), 0.0);
     }
 
     #[test]

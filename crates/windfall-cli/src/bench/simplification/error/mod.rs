@@ -3,9 +3,14 @@
 //! One tree on level ground, seen from several sides at the distance at which the default
 //! simplification draws a share `λ` of its leaves, in pixels as large as those of a whole screen's
 //! picture. The reference is the unsimplified tree at four times the resolution, averaged in linear
-//! light; candidates are drawn once, with the renderer's own antialiasing. Coverage, colour and
-//! variance are those of leaves alone, without wood, ground and sky; FLIP and flicker are those of the
-//! whole picture.
+//! light; candidates are drawn once, with the renderer's own antialiasing, and one as the reference is,
+//! whose error is that of simplification without that of too few samples.
+//!
+//! Coverage, luminance, colour and variance are those of leaves alone, without wood, ground and sky, and
+//! of their radiance, filtered by one pixel's square: that is what simplification preserves. Behind them
+//! stand luminance and variance of the finished picture, whose system gamma makes more of contrasts, and
+//! takes means of single samples, so that leaves that differ less are darker too. FLIP and flicker are
+//! those of the whole picture.
 
 pub(in crate::bench) mod measure;
 mod plot;
@@ -69,6 +74,8 @@ struct Row {
     luminance: f64,
     color: [f32; 3],
     variance: f64,
+    /// Luminance and variance of the finished picture.
+    picture: [f64; 2],
     flip: f64,
     /// Mean difference of consecutive frames beyond the reference's, steps of 255.
     flicker: f64,
@@ -81,6 +88,8 @@ struct Candidate {
     model: Model,
     detail: Simplification,
     shadow_detail: Simplification,
+    /// Samples in a row of a pixel: 1, or those of the reference.
+    samples: u32,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -92,6 +101,13 @@ enum Model {
     Sloppy,
 }
 
+/// The simplification that draws in a picture of the reference's size what `detail` draws in one of the
+/// candidates'.
+fn of_samples(detail: Simplification) -> Simplification {
+    let growth = Growth { pixels: detail.growth.pixels * SUPER as f32, ..detail.growth };
+    Simplification { growth, wood_pixels: detail.wood_pixels * SUPER as f32, ..detail }
+}
+
 /// All that are compared at the distance of a level.
 fn candidates() -> Vec<Candidate> {
     let of = |name, detail| Candidate {
@@ -99,6 +115,7 @@ fn candidates() -> Vec<Candidate> {
         model: Model::Ordered(PruneOrder::default()),
         detail,
         shadow_detail: View::SHADOW_DETAIL,
+        samples: 1,
     };
     // A bound on growth would draw more leaves than the level says.
     let default = Simplification { growth: Growth::UNBOUNDED, ..Simplification::DEFAULT };
@@ -112,6 +129,11 @@ fn candidates() -> Vec<Candidate> {
         ordered(PruneOrder::Random),
         ordered(PruneOrder::Importance),
         ordered(PruneOrder::BlueNoise),
+        Candidate {
+            shadow_detail: of_samples(View::SHADOW_DETAIL),
+            samples: SUPER,
+            ..of("blue-noise, 16 x", of_samples(default))
+        },
         of("no area", Simplification { area_preservation: false, ..default }),
         of("no contrast", plain),
         of("no colour contrast", Simplification { color_contrast: false, ..default }),
@@ -225,26 +247,11 @@ impl Place {
 /// What is held against the reference.
 struct Seen {
     pictures: Vec<Linear>,
-    foliage: Vec<Foliage>,
+    /// Of the radiance, and of the picture.
+    radiance: Foliage,
+    picture: Foliage,
     /// Mean difference of consecutive frames.
     flicker: f64,
-}
-
-impl Seen {
-    /// Covered pixels, colour, luminance and variance of all sides.
-    fn total(&self) -> Foliage {
-        let covered: f64 = self.foliage.iter().map(|f| f.covered).sum();
-        let mean = |of: &dyn Fn(&Foliage) -> f64| {
-            self.foliage.iter().map(|f| f.covered * of(f)).sum::<f64>() / covered.max(1e-9)
-        };
-        let color = [0, 1, 2].map(|c| mean(&|f| f64::from(f.color[c])) as f32);
-        Foliage {
-            covered,
-            color: color.into(),
-            luminance: mean(&|f| f.luminance),
-            variance: mean(&|f| f.variance),
-        }
-    }
 }
 
 /// Runs part c.
@@ -319,17 +326,15 @@ impl Bench<'_> {
         let nothing = Candidate {
             detail: Simplification::NONE,
             shadow_detail: Simplification::NONE,
+            samples: SUPER,
             ..candidates[0]
         };
-        let film = Film::new(gpu, self.renderer, place.size, SUPER);
-        let reference = self.look(gpu, &film, whole, place, &nothing)?;
-        drop(film);
-        let of_reference = reference.total();
+        let films = [1, SUPER].map(|samples| Film::new(gpu, self.renderer, place.size, samples));
+        let reference = self.look(gpu, &films, whole, place, &nothing)?;
         self.save(place, "reference", &reference.pictures[0])?;
-        let film = Film::new(gpu, self.renderer, place.size, 1);
         let mut rows = Vec::new();
         println!(
-            "{:.0} m, {}x{}\n{:>7}  {:<21}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10}{:>9}{:>9}",
+            "{:.0} m, {}x{}\n{:>7}  {:<21}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10} |{:>10}{:>10} |{:>8}{:>9}",
             place.distance,
             place.size.0,
             place.size.1,
@@ -341,11 +346,16 @@ impl Bench<'_> {
             "luminance",
             "colour",
             "variance",
+            "luminance",
+            "variance",
             "FLIP",
             "flicker"
         );
         for &(lambda, forced) in levels {
-            for candidate in candidates {
+            let wanted = |c: &&Candidate| {
+                self.args.only.is_empty() || self.args.only.iter().any(|name| name == c.name)
+            };
+            for candidate in candidates.iter().filter(wanted) {
                 let mut candidate = *candidate;
                 if forced {
                     let factor = (lambda / NEAR).sqrt();
@@ -384,9 +394,9 @@ impl Bench<'_> {
                     Some((forest, count)) => (forest, *count),
                     None => (self.forest(candidate.model), triangles),
                 };
-                let seen = self.look(gpu, &film, forest, place, &candidate)?;
-                let total = seen.total();
+                let seen = self.look(gpu, &films, forest, place, &candidate)?;
                 let over = |a: f64, b: f64| a / b.max(1e-12) - 1.0;
+                let (total, of_reference) = (seen.radiance, reference.radiance);
                 let flips = seen.pictures.iter().zip(&reference.pictures).map(|(a, b)| a.flip(b));
                 let row = Row {
                     tree: self.name.to_owned(),
@@ -401,6 +411,10 @@ impl Bench<'_> {
                     color: ((total.color / of_reference.color.max(Vec3::splat(1e-9))) - 1.0)
                         .to_array(),
                     variance: over(total.variance, of_reference.variance),
+                    picture: [
+                        over(seen.picture.luminance, reference.picture.luminance),
+                        over(seen.picture.variance, reference.picture.variance),
+                    ],
                     flip: flips.sum::<f64>() / seen.pictures.len() as f64,
                     flicker: seen.flicker - reference.flicker,
                 };
@@ -445,39 +459,47 @@ impl Bench<'_> {
     fn look(
         &self,
         gpu: &mut Gpu,
-        film: &Film,
+        films: &[Film; 2],
         forest: &GpuForest,
         place: &Place,
         candidate: &Candidate,
     ) -> anyhow::Result<Seen> {
         let sides = self.args.sides;
-        let mut out = Seen { pictures: Vec::new(), foliage: Vec::new(), flicker: 0.0 };
-        let mut shoot = |side, frame, show| {
+        let film = &films[usize::from(candidate.samples > 1)];
+        let mut shoot = |side, frame, show, filter| {
             let mut view = View {
                 show,
                 detail: candidate.detail,
                 shadow_detail: candidate.shadow_detail,
                 ..self.subject.view(place, side, sides, frame)
             };
-            if show == Show::Leaves {
-                // Below the bend of the tone curve, where means of the picture are means of the light.
+            // Leaves and what they cover must be filtered alike.
+            view.quality.reconstruction &= filter;
+            if matches!(show, Show::Leaves | Show::Radiance) {
+                // Below the bend of the tone curve and the end of the stored range.
                 view.sky.exposure -= 2.0;
             }
             film.shoot(gpu, self.renderer, forest, &view)
         };
+        let (mut pictures, mut radiance, mut picture) = (Vec::new(), Vec::new(), Vec::new());
         for side in 0..sides {
-            out.pictures.push(shoot(side, 0, Show::Picture)?);
-            let (leaves, coverage) =
-                (shoot(side, 0, Show::Leaves)?, shoot(side, 0, Show::Coverage)?);
-            out.foliage.push(Foliage::of(&leaves, &coverage));
+            pictures.push(shoot(side, 0, Show::Picture, true)?);
+            for (of, show, filter) in
+                [(&mut radiance, Show::Radiance, false), (&mut picture, Show::Leaves, true)]
+            {
+                let leaves = shoot(side, 0, show, filter)?;
+                of.push(Foliage::of(&leaves, &shoot(side, 0, Show::Coverage, filter)?));
+            }
         }
-        let mut last = shoot(0, 0, Show::Picture)?;
+        let mut flicker = 0.0;
+        let mut last = shoot(0, 0, Show::Picture, true)?;
         for frame in 1..MOVE {
-            let next = shoot(0, frame, Show::Picture)?;
-            out.flicker += next.difference(&last) / f64::from(MOVE - 1);
+            let next = shoot(0, frame, Show::Picture, true)?;
+            flicker += next.difference(&last) / f64::from(MOVE - 1);
             last = next;
         }
-        Ok(out)
+        let [radiance, picture] = [radiance, picture].map(|of| Foliage::mean(&of));
+        Ok(Seen { pictures, radiance, picture, flicker })
     }
 }
 
@@ -486,7 +508,7 @@ impl Row {
         let off =
             self.color.iter().fold(0.0f32, |most, c| if c.abs() > most.abs() { *c } else { most });
         println!(
-            "{:>7}  {:<21}{:>8.4}{:>10}{:>+9.1}%{:>+9.1}%{:>+8.1}%{:>+9.1}%{:>9.4}{:>9.3}",
+            "{:>7}  {:<21}{:>8.4}{:>10}{:>+9.1}%{:>+9.1}%{:>+8.1}%{:>+9.1}% |{:>+9.1}%{:>+9.1}% |{:>8.4}{:>9.3}",
             self.lambda,
             self.candidate,
             self.drawn,
@@ -495,6 +517,8 @@ impl Row {
             100.0 * self.luminance,
             100.0 * off,
             100.0 * self.variance,
+            100.0 * self.picture[0],
+            100.0 * self.picture[1],
             self.flip,
             self.flicker
         );
