@@ -34,7 +34,7 @@ impl QuadBuffers {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size,
-                usage: usage | wgpu::BufferUsages::STORAGE,
+                usage: usage | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             })
         };
@@ -303,5 +303,118 @@ impl Quads {
         pass.set_vertex_buffer(0, corners.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
         pass.multi_draw_indexed_indirect(arguments, 0, *draws);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Camera, Falls, GpuForest, Renderer, Target, View};
+    use glam::Vec3;
+    use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+    use windfall_core::forest::{Placement, Terrain};
+    use windfall_core::simplify::Simplification;
+    use windfall_core::tree::Tree;
+    use windfall_core::tree::species::Species;
+
+    const SIZE: (u32, u32) = (256, 144);
+
+    fn read(device: &wgpu::Device, queue: &wgpu::Queue, from: Source<'_>) -> Vec<u8> {
+        let size = match from {
+            Source::Buffer(buffer) => buffer.size(),
+            Source::Picture(_) => u64::from(SIZE.0 * SIZE.1) * 4,
+        };
+        let copy = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        match from {
+            Source::Buffer(buffer) => encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size),
+            Source::Picture(texture) => encoder.copy_texture_to_buffer(
+                texture.as_image_copy(),
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &copy,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(SIZE.0 * 4),
+                        rows_per_image: None,
+                    },
+                },
+                texture.size(),
+            ),
+        }
+        queue.submit([encoder.finish()]);
+        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        copy.slice(..).get_mapped_range().to_vec()
+    }
+
+    enum Source<'a> {
+        Buffer(&'a wgpu::Buffer),
+        Picture(&'a wgpu::Texture),
+    }
+
+    /// Near trees, trees of small leaves and simplified ones: with quads, with room for some of them,
+    /// and without.
+    #[test]
+    fn quads_show_what_the_leaves_would() {
+        let (device, queue) = windfall_testing::device();
+        let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
+        let profiler = GpuProfiler::new(&device, settings).unwrap();
+        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+        let renderer = Renderer::new(&device, format);
+        let canvas = renderer.canvas(&device, SIZE.0, SIZE.1);
+        let trees: Vec<Tree> =
+            [Species::Birch, Species::Maple].iter().map(|s| s.grow_with(1, 2000)).collect();
+        let placement = Placement {
+            trees: 60,
+            spacing: 7.0,
+            keep_out: Vec::new(),
+            scale: (0.7, 1.3),
+            season_spread: 0.2,
+            seed: 11,
+        };
+        let placed = placement.place(Terrain::rolling(200.0, 3.0, 2), &[1.0, 2.0]);
+        let mut forest =
+            GpuForest::with_falls(&device, &queue, &renderer, &trees, &placed, &Falls::default());
+        let camera =
+            Camera { eye: Vec3::new(2.0, 7.0, 34.0), target: Vec3::Y * 3.0, fov_y: 0.9, near: 0.1 };
+        let view = View { time: 20.0, detail: Simplification::DEFAULT, ..View::new(camera) };
+        let mut shots = Vec::new();
+        for most in [1 << 20, 40_000, 0] {
+            forest.quads = renderer.quads.hanging(&device, &forest, most);
+            let picture = device.create_texture(&wgpu::TextureDescriptor {
+                label: None,
+                size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            });
+            let mut encoder = device.create_command_encoder(&Default::default());
+            let target =
+                Target { canvas: &canvas, picture: &picture.create_view(&Default::default()) };
+            renderer.render(&queue, &mut encoder, &profiler, &forest, &view, target);
+            queue.submit([encoder.finish()]);
+            let quads = forest.quads.as_ref().map_or(0, |quads| {
+                let words = read(&device, &queue, Source::Buffer(&quads.buffers.arguments));
+                let words: Vec<u32> = bytemuck::pod_collect_to_vec(&words);
+                let draws = words[..5 * quads.buffers.draws as usize].chunks(5);
+                draws.map(|draw| draw[0] / 6).sum::<u32>()
+            });
+            shots.push((quads, read(&device, &queue, Source::Picture(&picture))));
+        }
+        let [(all, with), (some, partly), (none, without)] = &shots[..] else { unreachable!() };
+        assert!(*all > 20_000 && (1..=40_000).contains(some) && *none == 0, "{all} {some} {none}");
+        for picture in [with, partly] {
+            let apart = picture.iter().zip(without).map(|(&a, &b)| u64::from(a.abs_diff(b)));
+            let mean = apart.clone().sum::<u64>() as f64 / without.len() as f64;
+            // Radiance has nine bits there, and eleven in the target.
+            assert!(mean < 0.1, "pictures differ by {mean} of 255, at most {:?}", apart.max());
+        }
     }
 }
