@@ -142,11 +142,18 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     }
     out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
     if lit_at_vertices {
-        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
+        var lit_place = out;
+        if !far {
+            let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
+            lit_place.world = rest + sway(rest, tree.position_scale.y);
+        }
+        out.bent_normal_reach = vec4(radiance_at_vertex(lit_place), 1.0);
     }
     return out;
 }
 
+// Small leaves are lit in their middle, so that they have one colour: interpolated within the samples that are
+// seen, as some drivers do, it would be another after each leaf that hides some of them.
 fn radiance_at_vertex(in: Varyings) -> vec3<f32> {
     var color = tinted(in.color, surfaces[in.material]);
     if !far {
@@ -218,6 +225,12 @@ fn loose(in: LooseVertex) -> Varyings {
 fn loose_vertex(in: LooseVertex) -> Varyings {
     let q = normalize(in.orientation);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * in.place_scale.w;
+    if lit_at_vertices {
+        var out = loose_varyings(in.place_scale.xyz, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
+        out.world = world;
+        out.clip = frame.clip_from_world * vec4(world, 1.0);
+        return out;
+    }
     return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
 }
 

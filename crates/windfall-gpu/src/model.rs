@@ -442,7 +442,7 @@ impl LeafMesh {
     }
 }
 
-/// The shapes of leaves without pictures as quads, if every one has few enough triangles for that;
+/// The shapes of leaves without pictures as quads, each with one normal, if every one has few enough triangles for that;
 /// `simple` are what [`simple_shapes`] has found, nothing where there is nothing to find.
 pub(crate) fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
     let plain =
@@ -451,7 +451,13 @@ pub(crate) fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<V
         return None;
     }
     let shapes = foliage.shapes.iter().zip(simple);
-    shapes.map(|(shape, simple)| as_quad(simple.as_ref().unwrap_or(shape))).collect()
+    let quad = |(shape, simple): (&LeafShape, &Option<LeafShape>)| {
+        let mut quad = as_quad(simple.as_ref().unwrap_or(shape))?;
+        let mean = quad.normals.iter().sum::<Vec3>().normalize_or(Vec3::Y);
+        quad.normals.fill(mean);
+        Some(quad)
+    };
+    shapes.map(quad).collect()
 }
 
 #[cfg(test)]

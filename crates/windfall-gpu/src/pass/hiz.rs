@@ -1,6 +1,7 @@
 //! The occlusion pyramid: the farthest depth of ever larger squares of a picture.
 
 use super::Shaders;
+use crate::shared::Frame;
 
 /// Builds pyramids.
 pub(crate) struct HiZ {
@@ -181,6 +182,7 @@ impl Pyramid {
     /// Remembers that the pyramid is of this frame, whose uniforms begin with the clip space.
     pub fn remember(&self, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::Buffer) {
         let size = self.seen_from_world.size();
-        encoder.copy_buffer_to_buffer(frame, 0, &self.seen_from_world, 0, size);
+        let at = std::mem::offset_of!(Frame, clip_from_world) as u64;
+        encoder.copy_buffer_to_buffer(frame, at, &self.seen_from_world, 0, size);
     }
 }
