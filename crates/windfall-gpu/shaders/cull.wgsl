@@ -145,7 +145,8 @@ fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec
     }
     let level = tree_level(list, crown, scale, center);
     let drawn = fade_end(list, level);
-    let size = crown.leaf_length * scale * level.growth * list.pixels / max(distance(center, list.eye), 1e-3);
+    let nearest = max(distance(center, list.eye) - crown.radius * scale, 1e-3);
+    let size = crown.leaf_length * scale * level.growth * list.pixels / nearest;
     return bucket_of(drawn, drawn <= SIMPLE_BELOW || size < list.leaf_pixels);
 }
 

@@ -45,7 +45,7 @@ struct Window {
     slot_first: u32,
     keep: u32,
     bin: u32,
-    // Whether its shape can be drawn in two triangles.
+    // Whether the leaves on the tree are drawn in two triangles, if they can be.
     simple: bool,
     bin_first: u32,
     radius: f32,
@@ -131,7 +131,6 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
         (max(detached, 1u) - 1u) % stream.keep,
         stream.slot_first,
     );
-    slots[at + 1u] = vec4(stream.keep, (stream.bin << 1u) | stream.simple, stream.bin_first, bitcast<u32>(stream.radius));
     slots[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
     let crown = models[stream.model].crown;
     let c = crown.center;
@@ -141,7 +140,13 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
         stream.cos_yaw * c.z - stream.sin_yaw * c.x,
     );
     let list = cull.lists[0];
-    let level = tree_level(list, crown, stream.scale, stream.position + turned * stream.scale);
+    let center = stream.position + turned * stream.scale;
+    let level = tree_level(list, crown, stream.scale, center);
+    // As its leaves hang, so they let go.
+    let nearest = max(distance(center, list.eye) - crown.radius * stream.scale, 1e-3);
+    let size = crown.leaf_length * stream.scale * level.growth * list.pixels / nearest;
+    let simple = stream.simple == 1u && (fade_end(list, level) <= SIMPLE_BELOW || size < list.leaf_pixels);
+    slots[at + 1u] = vec4(stream.keep, (stream.bin << 1u) | u32(simple), stream.bin_first, bitcast<u32>(stream.radius));
     let leaf_count = f32(stream.leaf_count);
     // Half floats end at 65,504: where fewer than a hundredth of a leaf fades, none does.
     let slope = min(0.5 / max(level.radius * leaf_count, 1e-6), 100.0);

@@ -77,9 +77,10 @@ impl Simplification {
         self.wood_pixels * seen.distance / seen.pixels
     }
 
-    /// Whether the leaves of a tree that is seen so are drawn in few triangles.
+    /// Whether the leaves of a tree that is seen so are drawn in few triangles: even the nearest.
     pub fn simple(&self, level: &Level, seen: &Seen) -> bool {
-        let size = seen.leaf_length * level.growth * seen.pixels / seen.distance.max(1e-3);
+        let nearest = (seen.distance - seen.radius).max(1e-3);
+        let size = seen.leaf_length * level.growth * seen.pixels / nearest;
         self.drawn(level) <= SIMPLE_BELOW || size < self.leaf_pixels
     }
 
@@ -156,6 +157,19 @@ mod tests {
             let level = paper(h).level(&seen(20.0 / h.sqrt()));
             assert!((level.lambda - 0.5).abs() < 1e-4, "{h}: {level:?}");
         }
+    }
+
+    #[test]
+    fn leaves_are_simple_where_the_nearest_is_small_or_few_are_left() {
+        // 48 m²/s of leaf and screen, a crown of 5 m: ten pixels long 4.8 m before the crown.
+        let full = Simplification { h: 0.0, leaf_pixels: 10.0, ..Simplification::default() };
+        for (distance, simple) in [(9.7, false), (9.9, true), (4.0, false), (0.0, false)] {
+            assert_eq!(full.simple(&Level::FULL, &seen(distance)), simple, "{distance}");
+        }
+        let outlines = Simplification { leaf_pixels: 0.0, ..full };
+        assert!(!outlines.simple(&Level::FULL, &seen(1e4)));
+        let few = Level { lambda: 0.5, ..Level::FULL };
+        assert!(outlines.simple(&few, &seen(2.0)));
     }
 
     #[test]
