@@ -207,7 +207,7 @@ impl Quads {
         forest: &GpuForest,
         most: u32,
     ) -> Option<HangingQuads> {
-        let limit = u64::from(device.limits().max_storage_buffer_binding_size);
+        let limit = device.limits().max_storage_buffer_binding_size;
         let fits = |buffer: &wgpu::Buffer| buffer.size() <= limit;
         let trees = &forest.trees;
         // The trees of the view come first in what all lists have placed.
@@ -351,6 +351,7 @@ mod tests {
         copy.slice(..).get_mapped_range().to_vec()
     }
 
+    #[derive(Clone, Copy)]
     enum Source<'a> {
         Buffer(&'a wgpu::Buffer),
         Picture(&'a wgpu::Texture),
