@@ -144,10 +144,7 @@ fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec
         return wood_bucket(list, crown, scale, center);
     }
     let level = tree_level(list, crown, scale, center);
-    let drawn = fade_end(list, level);
-    let nearest = max(distance(center, list.eye) - crown.radius * scale, 1e-3);
-    let size = crown.leaf_length * scale * level.growth * list.pixels / nearest;
-    return bucket_of(drawn, drawn <= SIMPLE_BELOW || size < list.leaf_pixels);
+    return bucket_of(fade_end(list, level), simple_leaves(list, crown, level, scale, center));
 }
 
 fn bucket_of(drawn: f32, simple: bool) -> u32 {

@@ -143,9 +143,7 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     let center = stream.position + turned * stream.scale;
     let level = tree_level(list, crown, stream.scale, center);
     // As its leaves hang, so they let go.
-    let nearest = max(distance(center, list.eye) - crown.radius * stream.scale, 1e-3);
-    let size = crown.leaf_length * stream.scale * level.growth * list.pixels / nearest;
-    let simple = stream.simple == 1u && (fade_end(list, level) <= SIMPLE_BELOW || size < list.leaf_pixels);
+    let simple = stream.simple == 1u && simple_leaves(list, crown, level, stream.scale, center);
     slots[at + 1u] = vec4(stream.keep, (stream.bin << 1u) | u32(simple), stream.bin_first, bitcast<u32>(stream.radius));
     let leaf_count = f32(stream.leaf_count);
     // Half floats end at 65,504: where fewer than a hundredth of a leaf fades, none does.

@@ -8,7 +8,7 @@
 
 use crate::events::{DetachEvent, Thrown};
 use crate::listed::table_view;
-use crate::model::quads;
+use crate::model::GpuModel;
 use crate::pass::GpuOcclusion;
 use crate::renderer::Renderer;
 use crate::shared::{FallFrame, LeafRecord, LooseLeaf, Model, Stream};
@@ -24,7 +24,6 @@ use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::path::{FallSettings, Flight, PathSet, PathTables, Variation};
 use windfall_core::shed::Shedding;
-use windfall_core::simplify::simple_shapes;
 use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 
@@ -226,17 +225,14 @@ impl GpuFalls {
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         renderer: &Renderer,
         trees: &[Tree],
-        models: &[Model],
+        (gpu_models, models): (&[GpuModel], &[Model]),
         forest: &Forest,
         falls: &Falls,
         lists: &wgpu::Buffer,
     ) -> Self {
         let mut records = LeafRecords::new(trees);
         let mut plan = Plan::new(trees, &mut records, forest, falls);
-        // Small leaves are drawn from the end of a list, whose beginning the GPU finds.
-        if device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE) {
-            plan.simplify(trees);
-        }
+        plan.simplify(gpu_models);
         let (tables, mut frame) = tables(falls, forest, models);
         frame.stream_count = plan.streams.len() as u32;
         frame.slot_count = plan.slot_count;
@@ -600,12 +596,12 @@ impl Plan {
         plan
     }
 
-    /// Finds shapes of two triangles.
-    fn simplify(&mut self, trees: &[Tree]) {
-        let quads = |tree: &Tree| quads(&tree.foliage, &simple_shapes(&tree.foliage));
-        let of_trees: Vec<Option<Vec<LeafShape>>> = trees.iter().map(quads).collect();
+    /// Takes the models' shapes of two triangles. There are none on devices where a draw cannot begin in the
+    /// middle of a list, as those of small leaves do.
+    fn simplify(&mut self, models: &[GpuModel]) {
         for bin in &mut self.bins {
-            bin.simple = of_trees[bin.model].as_ref().map(|shapes| shapes[bin.shape].clone());
+            let quads = models[bin.model].quads.as_ref();
+            bin.simple = quads.map(|quads| quads.shapes[bin.shape].clone());
         }
         for stream in &mut self.streams {
             stream.simple = u32::from(self.bins[stream.bin as usize].simple.is_some());

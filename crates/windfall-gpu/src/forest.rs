@@ -152,7 +152,7 @@ impl GpuForest {
             (device, queue),
             renderer,
             trees,
-            &uniforms,
+            (&models, &uniforms),
             forest,
             on_gpu,
             &list_uniform,

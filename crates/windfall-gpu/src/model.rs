@@ -73,9 +73,8 @@ pub(crate) struct GpuModel {
     pub wood: Part,
     pub leaves: Part,
     pub leaf_count: u32,
-    /// First of four vertices for each leaf, in prune order, where its leaves far away can be drawn by
-    /// [`crate::pass::quads`].
-    pub quads: Option<u32>,
+    /// Where small leaves can be drawn in two triangles.
+    pub quads: Option<LeafQuads>,
     /// What the leaves are drawn in, in prune order, and the levels of the wood.
     pub leaf_parts: Vec<PartDraw>,
     pub wood_parts: Vec<PartDraw>,
@@ -86,6 +85,14 @@ pub(crate) struct GpuModel {
     /// What the simplification of its trees depends on; places and draws are not filled in.
     pub crown: Crown,
     pub uniform: Model,
+}
+
+/// The leaves of a model in two triangles each.
+pub(crate) struct LeafQuads {
+    /// First of four vertices for each leaf, in prune order: what [`crate::pass::quads`] draws.
+    pub first: u32,
+    /// For each shape its quad.
+    pub shapes: Vec<LeafShape>,
 }
 
 /// Layout of a part's bind group: model, surfaces, texture array, sampler, events of the forest.
@@ -372,8 +379,8 @@ struct LeafMesh {
     starts: Vec<u32>,
     /// The same of the leaves in few triangles, for simplified trees.
     simple_starts: Vec<u32>,
-    /// First vertex of those if they are quads of four vertices each, without pictures.
-    quads: Option<u32>,
+    /// Those if they are quads of four vertices each, without pictures.
+    quads: Option<LeafQuads>,
 }
 
 impl LeafMesh {
@@ -394,13 +401,14 @@ impl LeafMesh {
             mesh.add(i, leaf, shape);
         }
         mesh.starts.push(mesh.indices.len() as u32);
-        if let Some(quads) = quads(foliage, &simple) {
-            mesh.quads = Some(mesh.vertices.len() as u32);
+        if let Some(shapes) = quads(foliage, &simple) {
+            let first = mesh.vertices.len() as u32;
             for (i, leaf) in (0..).zip(&foliage.leaves) {
                 mesh.simple_starts.push(mesh.indices.len() as u32);
-                mesh.add(i, leaf, &quads[leaf.shape as usize]);
+                mesh.add(i, leaf, &shapes[leaf.shape as usize]);
             }
             mesh.simple_starts.push(mesh.indices.len() as u32);
+            mesh.quads = Some(LeafQuads { first, shapes });
             return mesh;
         }
         if simple.iter().all(Option::is_none) {
@@ -444,7 +452,7 @@ impl LeafMesh {
 
 /// The shapes of leaves without pictures as quads, each with one normal, if every one has few enough triangles for that;
 /// `simple` are what [`simple_shapes`] has found, nothing where there is nothing to find.
-pub(crate) fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
+fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
     let plain =
         |m: &Material| m.alpha_cutoff.is_none() && !matches!(m.surface, tree::Surface::Texture(..));
     if simple.is_empty() || !foliage.materials.iter().all(plain) {

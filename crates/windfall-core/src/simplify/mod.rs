@@ -49,10 +49,9 @@ pub struct Simplification {
     /// the wood as it is. Branches thinner than twice that are drawn as wide, and fewer
     /// ([`Branch::widening`]): at half a pixel no change is seen.
     pub wood_pixels: f32,
-    /// Length in the picture below which leaves are drawn in two triangles, lit at their corners,
-    /// pixels; 0 keeps the outlines of trees in full at any distance. Leaves of trees of which fewer
-    /// than [`SIMPLE_BELOW`] are left are drawn so however large. At ten pixels no change is seen but in single
-    /// leaves. Leaves that have left their twigs are drawn alike.
+    /// Length in the picture below which leaves are drawn in two triangles and lit once, pixels; 0 keeps
+    /// the outlines of trees in full at any distance. It is the nearest leaf of a tree that counts. Trees of
+    /// which a smaller share than [`SIMPLE_BELOW`] is drawn have such leaves however large. Safe: 6 to 10.
     pub leaf_pixels: f32,
 }
 

@@ -70,6 +70,13 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
     return Level(lambda, fade_radius(list, lambda), growth, sqrt(lambda));
 }
 
+// Whether the leaves of a tree are drawn in few triangles: windfall_core::simplify::Simplification::simple.
+fn simple_leaves(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> bool {
+    let nearest = max(distance(center, list.eye) - crown.radius * scale, 1e-3);
+    let size = crown.leaf_length * scale * level.growth * list.pixels / nearest;
+    return fade_end(list, level) <= SIMPLE_BELOW || size < list.leaf_pixels;
+}
+
 // The rank at which leaves are gone; above it nothing is drawn.
 fn fade_end(list: TreeList, level: Level) -> f32 {
     return level.lambda + select(level.radius, 0.0, (list.fade_flags & 2u) != 0u);

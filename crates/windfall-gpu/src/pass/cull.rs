@@ -6,7 +6,6 @@ use crate::cull::{BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees, WHOLE};
 use crate::falls::EMPTY;
 use crate::shared::{CullFrame, Model, TreeInstance};
 use wgpu::util::DeviceExt;
-use windfall_core::simplify::SIMPLE_BELOW;
 
 pub(crate) struct Cull {
     layout: wgpu::BindGroupLayout,
@@ -57,8 +56,7 @@ impl Cull {
         });
         let constants = format!(
             "const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n\
-             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\n\
-             const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n"
+             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\n"
         );
         let source = compose(&[
             &constants,

@@ -7,7 +7,6 @@ use super::{
 use crate::falls::{GROUP, GpuFalls, List, ShapeVertex, TALLIES, THREADS};
 use crate::forest::GpuForest;
 use crate::shared::LooseLeaf;
-use windfall_core::simplify::SIMPLE_BELOW;
 
 pub(crate) struct Falls {
     pub layout: wgpu::BindGroupLayout,
@@ -87,10 +86,7 @@ pub(super) fn kernel(
 ) -> wgpu::ComputePipeline {
     let device = shaders.device;
     let falls = include_str!("../../shaders/falls.wgsl");
-    let constants = format!(
-        "const TALLIES: u32 = {TALLIES}u;\nconst GROUP: u32 = {GROUP}u;\n\
-         const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n"
-    );
+    let constants = format!("const TALLIES: u32 = {TALLIES}u;\nconst GROUP: u32 = {GROUP}u;\n");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(

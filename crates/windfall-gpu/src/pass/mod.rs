@@ -41,6 +41,7 @@ use crate::shared::{
     Stream, Surface, TreeInstance, TreeList, TreeRecord,
 };
 use std::ops::Range;
+use windfall_core::simplify::SIMPLE_BELOW;
 
 /// What every pass needs to make its pipelines.
 pub(crate) struct Shaders<'a> {
@@ -75,7 +76,8 @@ fn compose(sources: &[&str]) -> String {
         include_str!("../../shaders/shared/season.wgsl"),
         include_str!("../../shaders/shared/branch.wgsl"),
     ];
-    [structs.concat(), shared.join("\n"), sources.join("\n")].join("\n")
+    let constants = format!("const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n");
+    [structs.concat(), constants, shared.join("\n"), sources.join("\n")].join("\n")
 }
 
 /// The instance-step buffer of trees.

@@ -10,6 +10,7 @@ use super::{
     draw::{Draw, DrawTarget},
 };
 use crate::forest::GpuForest;
+use crate::model::LeafQuads;
 use crate::shared::TreeInstance;
 use std::ops::Range;
 use wgpu::util::DeviceExt;
@@ -216,7 +217,8 @@ impl Quads {
         let mut ranges = Vec::new();
         let mut all = 0;
         for (m, (model, crown)) in forest.models.iter().zip(&trees.crowns).enumerate() {
-            let Some(first) = model.quads.filter(|_| fits(&model.leaves.vertices)) else {
+            let quads = model.quads.as_ref().filter(|_| fits(&model.leaves.vertices));
+            let Some(&LeafQuads { first, .. }) = quads else {
                 continue;
             };
             // The first part is that of near trees; the second, that of trees whose leaves are small, has
