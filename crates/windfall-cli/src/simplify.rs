@@ -66,8 +66,8 @@ struct Report {
     leaf_triangles_full: usize,
     /// `r` of equation 3.
     visible_share: f32,
-    /// `γ`: the area of the leaves that are kept is scaled by `s λ^γ`.
-    disocclusion: f32,
+    /// Factors on `s` of equation 3 at 1/4, 1/16 and 1/64 of the leaves.
+    disocclusion: [f32; 3],
     /// Factor on the length of the leaves that are kept.
     growth: f32,
     wood_triangles: usize,

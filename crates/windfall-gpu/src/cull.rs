@@ -358,7 +358,10 @@ impl Crown {
             pixels: list.pixels,
             radius: self.radius * tree.scale,
             leaf_length: self.leaf_length * tree.scale,
-            visibility: Visibility { share: self.visible_share, disocclusion: self.disocclusion },
+            visibility: Visibility {
+                share: self.visible_share,
+                disocclusion: self.disocclusion.to_array(),
+            },
         }
     }
 }

@@ -360,7 +360,7 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
         half_size: (high - low) * 0.5,
         leaf_length: 2.0 * lengths.sum::<f32>() / foliage.leaves.len().max(1) as f32,
         visible_share: share,
-        disocclusion: foliage.disocclusion,
+        disocclusion: foliage.disocclusion.into(),
         log_hidden: (-share).ln_1p(),
         leaf_count: foliage.leaves.len() as u32,
         wood_levels: levels.len() as u32,
@@ -450,8 +450,9 @@ impl LeafMesh {
     }
 }
 
-/// The shapes of leaves without pictures as quads, each with one normal, if every one has few enough triangles for that;
-/// `simple` are what [`simple_shapes`] has found, nothing where there is nothing to find.
+/// The shapes of leaves without pictures as quads, each with the mean normal of its leaf, if every one has
+/// few enough triangles for that; `simple` are what [`simple_shapes`] has found, nothing where there is
+/// nothing to find.
 fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
     let plain =
         |m: &Material| m.alpha_cutoff.is_none() && !matches!(m.surface, tree::Surface::Texture(..));
@@ -461,16 +462,57 @@ fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShap
     let shapes = foliage.shapes.iter().zip(simple);
     let quad = |(shape, simple): (&LeafShape, &Option<LeafShape>)| {
         let mut quad = as_quad(simple.as_ref().unwrap_or(shape))?;
-        let mean = quad.normals.iter().sum::<Vec3>().normalize_or(Vec3::Y);
-        quad.normals.fill(mean);
+        quad.normals.fill(mean_normal(shape));
         Some(quad)
     };
     shapes.map(quad).collect()
 }
 
+/// The mean of a leaf's normals over its area: the shorter, the more it is curved. 1 long for none.
+fn mean_normal(shape: &LeafShape) -> Vec3 {
+    let (mut sum, mut area) = (Vec3::ZERO, 0.0);
+    for t in shape.indices.chunks_exact(3) {
+        let t = [t[0], t[1], t[2]].map(|i| i as usize);
+        let [a, b, c] = t.map(|i| shape.positions[i]);
+        let part = (b - a).cross(c - a).length();
+        sum += part / 3.0 * t.iter().map(|&i| shape.normals[i]).sum::<Vec3>();
+        area += part;
+    }
+    if area > 0.0 && sum.is_finite() { sum / area } else { Vec3::Y }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_mean_normal_of_a_fold_is_as_long_as_it_is_open() {
+        // Halves of one square metre and of two, that lean to either side by 0.5.
+        let (sin, cos) = 0.5f32.sin_cos();
+        let at = |x: f32, z: f32| Vec3::new(x * cos, x.abs() * sin, z);
+        let (left, right) = (Vec3::new(sin, cos, 0.0), Vec3::new(-sin, cos, 0.0));
+        let shape = LeafShape {
+            positions: [
+                (-1.0, 0.0),
+                (0.0, 0.0),
+                (-1.0, 1.0),
+                (0.0, 1.0),
+                (0.0, 0.0),
+                (2.0, 0.0),
+                (0.0, 1.0),
+                (2.0, 1.0),
+            ]
+            .map(|(x, z)| at(x, z))
+            .to_vec(),
+            normals: [[left; 4], [right; 4]].concat(),
+            uvs: vec![glam::Vec2::ZERO; 8],
+            indices: vec![0, 1, 2, 2, 1, 3, 4, 5, 6, 6, 5, 7],
+        };
+        let expected = (left + 2.0 * right) / 3.0;
+        assert!(mean_normal(&shape).distance(expected) < 1e-6, "{}", mean_normal(&shape));
+        assert!((expected.length() - 0.892).abs() < 1e-3);
+        assert_eq!(mean_normal(&LeafShape::default()), Vec3::Y);
+    }
 
     #[test]
     fn a_mean_palette_is_the_palette_blurred_by_the_leaves_own_times() {

@@ -252,14 +252,14 @@ gpu_struct! {
         pub half_size: Vec3,
         /// Length of a leaf, metres.
         pub leaf_length: f32,
+        /// `windfall_core::simplify::Visibility::disocclusion`.
+        pub disocclusion: Vec3,
+        /// Leaves of the model.
+        pub leaf_count: u32,
         /// `r`: the visible area of a leaf over that of the crown.
         pub visible_share: f32,
         /// `ln(1 - r)`.
         pub log_hidden: f32,
-        /// `windfall_core::simplify::Visibility::disocclusion`.
-        pub disocclusion: f32,
-        /// Leaves of the model.
-        pub leaf_count: u32,
         /// First of the model's places, a multiple of 64.
         pub tree_first: u32,
         /// First of its draws in a list.
@@ -272,10 +272,6 @@ gpu_struct! {
         pub block_count: u32,
         /// Levels of its wood, at most 16.
         pub wood_levels: u32,
-        /// Unused.
-        pub padding0: u32,
-        /// Unused.
-        pub padding1: u32,
         /// Their errors, metres, rising from 0.
         pub wood_errors: [Vec4; 4],
         /// `windfall_core::simplify::Shading::normals`: xx, yy, zz.

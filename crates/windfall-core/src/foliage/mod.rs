@@ -35,7 +35,7 @@ pub struct Foliage {
     /// [`Visibility::share`], `r` of Fichtner's equation 3, of the leaves as they were put in order.
     pub visible_share: f32,
     /// [`Visibility::disocclusion`], of the leaves in the prune order that they were put in.
-    pub disocclusion: f32,
+    pub disocclusion: [f32; 3],
     /// What shading draws together towards in simplified trees.
     pub shading: Shading,
 }
@@ -160,7 +160,7 @@ impl Foliage {
             shed_order,
             crown_center,
             visible_share: 0.0,
-            disocclusion: 0.0,
+            disocclusion: Visibility::BY_CHANCE,
             shading: Shading::default(),
         };
         let open = openness(&foliage);

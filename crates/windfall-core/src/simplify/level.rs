@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     fn seen(distance: f32) -> Seen {
-        let visibility = Visibility { share: 1e-4, disocclusion: 0.0 };
+        let visibility = Visibility { share: 1e-4, ..Visibility::default() };
         Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, visibility }
     }
 

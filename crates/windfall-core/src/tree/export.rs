@@ -56,7 +56,8 @@ pub fn export_glb(tree: &Tree) -> Result<Vec<u8>, ExportError> {
 /// |---|---|
 /// | `leaves` | their number `N` |
 /// | `indicesPerLeaf` | indices of each: the first `round(λ N)` times as many draw a share `λ` |
-/// | `visibleShare`, `disocclusion` | `r` and `γ` of [`crate::simplify::Visibility::area_scale`] |
+/// | `visibleShare` | `r` of equation 3 |
+/// | `disocclusion` | the factors on its `s`: [`crate::simplify::Visibility::disocclusion`] |
 ///
 /// A vertex attribute `_LEAF` (four floats) holds the leaf's centre, about which it grows, and its
 /// rank from 0 to 1, over which it fades.

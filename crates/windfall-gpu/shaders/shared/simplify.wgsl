@@ -28,17 +28,23 @@ fn fade_radius(list: TreeList, lambda: f32) -> f32 {
     return select(radius, min(radius, 1.0 - lambda), (list.fade_flags & 1u) != 0u);
 }
 
+// Crown.disocclusion at a level: straight over its logarithm.
+fn disocclusion(crown: Crown, lambda: f32) -> f32 {
+    let steps = clamp(vec3(-0.5 * log2(lambda)) - vec3(0.0, 1.0, 2.0), vec3(0.0), vec3(1.0));
+    return 1.0 + dot(steps, crown.disocclusion - vec3(1.0, crown.disocclusion.xy));
+}
+
 // Factor on the area of the leaves that are left: equation 3, as the crown needs it.
 fn area_scale(crown: Crown, lambda: f32) -> f32 {
     let s = one_minus_exp(crown.log_hidden / lambda) / crown.visible_share;
-    return max(s * pow(lambda, crown.disocclusion), 1.0);
+    return max(s * disocclusion(crown, lambda), 1.0);
 }
 
 // Its inverse.
 fn share_for(crown: Crown, s: f32) -> f32 {
     var lambda = 1.0;
     for (var round = 0u; round < 24u; round++) {
-        let hidden = crown.visible_share * s * pow(lambda, -crown.disocclusion);
+        let hidden = crown.visible_share * s / disocclusion(crown, lambda);
         if hidden >= 1.0 {
             return 0.0;
         }

@@ -31,7 +31,7 @@ use std::path::Path;
 use windfall_core::foliage::LeafShape;
 use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::simplify::{
-    FadeBy, Growth, PruneOrder, Reduction, Simplification, simple_shapes,
+    FadeBy, Growth, PruneOrder, Reduction, Simplification, Visibility, simple_shapes,
 };
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::Species;
@@ -202,7 +202,7 @@ impl Subject {
             stage.trees[0].foliage.set_prune_order(order, 1);
             orders.push((Model::Ordered(order), upload(gpu, renderer, &stage)));
             if order == PruneOrder::default() {
-                stage.trees[0].foliage.disocclusion = 0.0;
+                stage.trees[0].foliage.disocclusion = Visibility::BY_CHANCE;
                 orders.push((Model::Equation3, upload(gpu, renderer, &stage)));
             }
         }
