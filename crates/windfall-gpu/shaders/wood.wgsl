@@ -25,10 +25,11 @@ struct Varyings {
     @location(5) high: f32,
 }
 
-// Coarse levels are drawn far away: of bark no more than the colours of its patches are seen there, of the
-// wind no more than that trees lean. Settled when the pipeline is made, since software drivers run both
-// sides of every branch.
+// Coarse levels are drawn far away: of the wind no more than that trees lean is seen there. Settled when the
+// pipeline is made, since software drivers run both sides of every branch.
 override far: bool = false;
+// Whether no more than the colours of patches is seen of the bark, far away and on twigs.
+override plain: bool = false;
 
 @vertex
 fn vertex(in: WoodVertex, tree: Tree) -> Varyings {
@@ -112,8 +113,8 @@ fn bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     return Bark(mix(0.7, height, contrast), clamp(0.4 + contrast * (0.45 - 0.8 * height) + 0.6 * patchy, 0.0, 1.0));
 }
 
-// Bark without what is smaller than a pixel of a far tree: the means of `bark`.
-fn far_bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
+// Bark without what is smaller than a pixel of a far tree or a twig: the means of `bark`.
+fn plain_bark(surface: Surface, uv: vec2<f32>, metres: f32, high: f32) -> Bark {
     let patchy = fractal_noise2(uv / surface.scale * 0.35, metres / surface.scale * 0.35, 9u);
     if surface.pattern == 4u {
         return Bark(0.7, clamp(0.10 + 0.25 * clamp(1.2 - high, 0.0, 1.2) + 0.45 * patchy, 0.0, 1.0));
@@ -152,13 +153,13 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     let plane = normalize(select(-in.normal, in.normal, front));
     var normal = plane;
     var open = 1.0;
-    if far {
+    if plain {
         if surface.pattern != 0u {
-            let of_far = far_bark(surface, in.uv, metres, in.high);
-            albedo *= mix(surface.ridge, surface.groove, of_far.dark);
+            let patches = plain_bark(surface, in.uv, metres, in.high);
+            albedo *= mix(surface.ridge, surface.groove, patches.dark);
             albedo = mix(albedo, vec3(0.090, 0.098, 0.042), 0.15 * smoothstep(9.0, 1.0, in.high));
             albedo = mix(albedo, vec3(0.300, 0.310, 0.260), 0.05);
-            let moss = smoothstep(0.1, 0.5, 0.55 - 0.45 * in.high) * (1.0 - 0.5 * of_far.dark);
+            let moss = smoothstep(0.1, 0.5, 0.55 - 0.45 * in.high) * (1.0 - 0.5 * patches.dark);
             albedo = mix(albedo, vec3(0.050, 0.062, 0.020), 0.65 * moss);
         }
     } else if surface.pattern != 0u {
@@ -190,7 +191,7 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     }
     let sun_way = frame.sun_direction;
     let sun = max(dot(normal, sun_way), 0.0) * step(0.0, dot(plane, sun_way));
-    let taps = min(frame.shadow_taps, select(6u, 2u, far));
+    let taps = min(frame.shadow_taps, select(6u, 2u, plain));
     let reach = sun_visibility(in.world, plane, in.clip.xy, taps, 1.5);
     // Light among leaves has their colour.
     let leaves = frame.litter / max(dot(frame.litter, vec3(1.0 / 3.0)), 1e-3);

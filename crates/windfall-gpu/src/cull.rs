@@ -102,10 +102,10 @@ pub(crate) fn wood_bucket(level: u32) -> u32 {
     BUCKETS - level
 }
 
-/// The levels of a model's wood, as ranges of indices from the finest to the coarsest.
-pub(crate) fn wood_parts(levels: &[(u32, u32)]) -> Vec<PartDraw> {
-    let parts = levels.iter().enumerate().map(|(level, &indices)| {
-        let bucket = wood_bucket(level as u32);
+/// Ranges of indices of levels of a model's wood.
+pub(crate) fn wood_parts(levels: &[(u32, (u32, u32))]) -> Vec<PartDraw> {
+    let parts = levels.iter().map(|&(level, indices)| {
+        let bucket = wood_bucket(level);
         PartDraw { buckets: (bucket, bucket), indices }
     });
     parts.filter(|part| part.indices.1 > 0).collect()
@@ -489,10 +489,10 @@ mod tests {
 
     #[test]
     fn each_level_of_wood_has_a_bucket() {
-        let parts = wood_parts(&[(0, 3000), (3000, 1500), (4500, 300)]);
+        let parts = wood_parts(&[(0, (0, 3000)), (1, (3000, 1500)), (2, (4500, 300))]);
         assert_eq!(parts.len(), 3);
         assert_eq!(parts[2], PartDraw { buckets: (47, 47), indices: (4500, 300) });
-        assert_eq!(wood_parts(&[(0, 0)]), []);
+        assert_eq!(wood_parts(&[(0, (0, 0))]), []);
     }
 
     fn read<T: bytemuck::Pod>(

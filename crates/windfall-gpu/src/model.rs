@@ -38,6 +38,8 @@ impl LeafVertex {
 /// Error from which on a level of wood is only seen from far away, metres: at half a pixel a pixel is a
 /// decimetre wide there.
 const COARSE_WOOD: f32 = 0.05;
+/// Radius below which branches are twigs: in errors of a level, six pixels wide at the nearest, and metres.
+const TWIG: (f32, f32) = (6.0, 0.012);
 
 /// A vertex of the wood: 32 bytes.
 #[repr(C)]
@@ -78,8 +80,9 @@ pub(crate) struct GpuModel {
     /// What the leaves are drawn in, in prune order, and the levels of the wood.
     pub leaf_parts: Vec<PartDraw>,
     pub wood_parts: Vec<PartDraw>,
-    /// Those of them that are seen from near: the first.
-    pub fine_wood: u32,
+    /// How many of them are of branches whose bark is seen, which come first, and then of twigs; the others
+    /// are of wood far away.
+    pub wood_kinds: [u32; 2],
     /// Whether the backs of its wood need not be drawn.
     pub outward: bool,
     /// What the simplification of its trees depends on; places and draws are not filled in.
@@ -156,15 +159,8 @@ impl GpuModel {
         let wood_vertices: Vec<WoodVertex> =
             tree.wood.vertices.iter().zip(&branches).map(|(v, &b)| wood_vertex(v, b)).collect();
         levels.truncate(if first_instance { WOOD_LEVELS } else { 1 });
-        let mut wood_indices = Vec::new();
-        let wood_ranges: Vec<(u32, u32)> = levels
-            .iter()
-            .map(|level| {
-                wood_indices.extend_from_slice(&level.indices);
-                let count = level.indices.len() as u32;
-                (wood_indices.len() as u32 - count, count)
-            })
-            .collect();
+        let (wood_indices, wood_draws) = wood_draws(&levels, &branches);
+        let wood_parts = wood_draws.map(|draws| wood_parts(&draws));
         let wood = part(
             bytemuck::cast_slice(&wood_vertices),
             &wood_indices,
@@ -181,8 +177,8 @@ impl GpuModel {
             leaf_count: tree.foliage.leaves.len() as u32,
             quads: leaf_mesh.quads,
             leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
-            wood_parts: wood_parts(&wood_ranges),
-            fine_wood: levels.partition_point(|level| level.error < COARSE_WOOD) as u32,
+            wood_kinds: [0, 1].map(|kind| wood_parts[kind].len() as u32),
+            wood_parts: wood_parts.concat(),
             outward,
             crown: crown(tree, &levels),
             wood,
@@ -190,6 +186,33 @@ impl GpuModel {
             uniform,
         }
     }
+}
+
+/// Draws of wood: the level, its first index and their number.
+type WoodDraws = Vec<(u32, (u32, u32))>;
+
+/// The indices of all levels of the wood, and how they are drawn: branches near enough that their bark is
+/// seen, the twigs of the same levels, and levels that are far away.
+fn wood_draws(levels: &[WoodLevel], branches: &[Branch]) -> (Vec<u32>, [WoodDraws; 3]) {
+    let mut indices: Vec<u32> = Vec::new();
+    let mut draws = [const { Vec::new() }; 3];
+    let mut add = |kind: usize, level: u32, triangles: &[u32]| {
+        draws[kind].push((level, (indices.len() as u32, triangles.len() as u32)));
+        indices.extend_from_slice(triangles);
+    };
+    for (i, level) in (0..).zip(levels) {
+        if level.error >= COARSE_WOOD {
+            add(2, i, &level.indices);
+            continue;
+        }
+        let thin = (TWIG.0 * level.error).max(TWIG.1);
+        let triangles = level.indices.as_chunks::<3>().0.iter();
+        let (twigs, limbs): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
+            triangles.partition(|t| branches[t[0] as usize].radius < thin);
+        add(0, i, limbs.as_flattened());
+        add(1, i, twigs.as_flattened());
+    }
+    (indices, draws)
 }
 
 /// Bytes of GPU memory that a tree model takes: buffers and textures with their mip maps.

@@ -13,9 +13,9 @@ pub(crate) struct Wood {
     shadow: Pipelines,
 }
 
-/// Pipelines of fine levels and of coarse ones; each for wood of which both sides are drawn, since real
-/// exports have open tubes and mixed winding, and for wood that faces outward.
-type Pipelines = [[wgpu::RenderPipeline; 2]; 2];
+/// Pipelines of branches whose bark is seen, of twigs and of wood far away; each for wood of which both
+/// sides are drawn, since real exports have open tubes and mixed winding, and for wood that faces outward.
+type Pipelines = [[wgpu::RenderPipeline; 2]; 3];
 
 impl Wood {
     pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
@@ -24,7 +24,7 @@ impl Wood {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &WoodVertex::ATTRIBUTES,
         };
-        let pipeline = |far: bool, outward: bool, label, fragment, target| {
+        let pipeline = |(far, plain): (bool, bool), outward: bool, label, fragment, target| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/wood.wgsl"),
@@ -35,13 +35,12 @@ impl Wood {
                 fragment,
                 alpha_to_coverage: false,
                 target,
-                constants: &[("far", f64::from(u8::from(far)))],
+                constants: &[("far", far.into()), ("plain", plain.into())],
             })
         };
         let pipelines = |label, fragment, target| {
-            [false, true].map(|far| {
-                [false, true].map(|outward| pipeline(far, outward, label, fragment, target))
-            })
+            [(false, false), (false, true), (true, true)]
+                .map(|kind| [false, true].map(|o| pipeline(kind, o, label, fragment, target)))
         };
         Self {
             radiance: pipelines("wood", Some("fragment"), DrawTarget::Radiance),
@@ -57,10 +56,11 @@ impl Wood {
         into: DrawTarget,
     ) {
         let pipelines = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
-        for (pipelines, far) in pipelines.iter().zip([false, true]) {
+        for (pipelines, kind) in pipelines.iter().zip(0..) {
             let levels = |model: &GpuModel, of: &DrawRanges| {
-                let coarse = of.1.start + model.fine_wood;
-                if far { coarse..of.1.end } else { of.1.start..coarse }
+                let twigs = of.1.start + model.wood_kinds[0];
+                let far = twigs + model.wood_kinds[1];
+                [of.1.start..twigs, twigs..far, far..of.1.end][kind].clone()
             };
             draw_parts(
                 pass,
