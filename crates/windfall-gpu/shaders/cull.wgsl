@@ -144,12 +144,15 @@ fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec
         return wood_bucket(list, crown, scale, center);
     }
     let level = tree_level(list, crown, scale, center);
-    return bucket_of(fade_end(list, level), simple_leaves(list, crown, level, scale, center));
+    if simple_leaves(list, crown, level, scale, center) {
+        return bucket_of(fade_end(list, level));
+    }
+    let at_vertices = largest_leaf(list, crown, level, scale, center) < LIT_AT_VERTICES * list.leaf_pixels;
+    return select(BUCKETS, AT_VERTICES, at_vertices);
 }
 
-fn bucket_of(drawn: f32, simple: bool) -> u32 {
-    let step = clamp(f32(WHOLE) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(WHOLE));
-    return select(BUCKETS, u32(step), simple);
+fn bucket_of(drawn: f32) -> u32 {
+    return u32(clamp(f32(WHOLE) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(WHOLE)));
 }
 
 var<workgroup> block_keys: array<u32, 64>;

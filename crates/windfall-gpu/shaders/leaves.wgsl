@@ -20,13 +20,15 @@ struct LeafVertex {
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
+    // Of outlines that are lit at their vertices, their radiance.
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
-    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves lit at their vertices, their
+    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves that are lit once, their
     // radiance. Within the leaf: of one that covers no pixel's middle, that of its plane there may be many
     // times what any of its corners has.
     @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
+    // Of outlines that are lit at their vertices, the most that their radiance may be.
     @location(4) @interpolate(flat) color: vec3<f32>,
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
@@ -40,8 +42,11 @@ struct Varyings {
 override far: bool = false;
 // Whether the pass has colours. Shadow maps have none.
 override lit: bool = true;
-// Whether leaves are lit at their vertices: far ones without pictures, which are a few pixels wide.
+// Whether leaves are lit at their vertices: those without pictures that are not near.
 override lit_at_vertices: bool = false;
+// Whether each vertex is lit for itself, and the pixels between them have what lies between; if not, a leaf is
+// lit once, as those are that are a few pixels wide.
+override outlines: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
@@ -141,6 +146,9 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.color = detail_color(tree.turn_season.w);
     }
     out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
+    if outlines {
+        return lit_outline(out);
+    }
     if lit_at_vertices {
         var lit_place = out;
         if !far {
@@ -149,6 +157,18 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         }
         out.bent_normal_reach = vec4(radiance_at_vertex(lit_place), 1.0);
     }
+    return out;
+}
+
+// The middles of pixels that a leaf covers in part lie beyond it: of one seen from its edge, what its plane
+// has there may be anything, and is kept within what the leaf may have.
+fn lit_outline(in: Varyings) -> Varyings {
+    var out = in;
+    let margin = smoothstep(0.22, 0.5, abs(in.uv.x - 0.5));
+    let albedo = dried(tinted(in.color, surfaces[in.material]), margin);
+    out.world = in_the_air(leaf_radiance(in, albedo, 0.0), in.world);
+    let leaf = leaf_diffuse(albedo);
+    out.color = (leaf.reflected + leaf.passed) * (frame.sun_color / PI + 2.0 * frame.ambient[0].rgb) + out.world;
     return out;
 }
 
@@ -237,7 +257,7 @@ fn loose_vertex(in: LooseVertex) -> Varyings {
 // Cosines of the light on a side of a leaf and on the other. A leaf that is lit once has the mean over its
 // blade, whose mean normal is the shorter the more it is curved: where light grazes it, it meets both sides.
 fn front_and_back(facing: f32, flatness: f32) -> vec2<f32> {
-    if !lit_at_vertices {
+    if !lit_at_vertices || outlines {
         return max(vec2(facing, -facing), vec2(0.0));
     }
     // The mean square, of normals that lean from the mean to either side in all directions alike; of cosines
@@ -262,7 +282,9 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     var reach = in.bent_normal_reach.w;
     if !far {
         let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
-        reach = sun_visibility(in.world, towards, in.clip.xy, 4u, 1.5);
+        // Vertices are not at a pixel, whose noise they would have.
+        let at = select(in.clip.xy, vec2(0.0), lit_at_vertices);
+        reach = sun_visibility(in.world, towards, at, 4u, 1.5);
     }
     reach *= mix(0.6, 1.0, openness);
     let facing = dot(normal, sun);
@@ -339,6 +361,9 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 }
 
 fn solid_color(in: Varyings) -> vec4<f32> {
+    if outlines {
+        return vec4(clamp(in.world, vec3(0.0), in.color), 1.0);
+    }
     if lit_at_vertices {
         return in.bent_normal_reach;
     }

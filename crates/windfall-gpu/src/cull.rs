@@ -24,9 +24,13 @@ use windfall_core::simplify::{
 };
 
 /// Buckets: the highest is that of leaves in their own shapes.
-pub(crate) const BUCKETS: u32 = 49;
+pub(crate) const BUCKETS: u32 = 50;
+/// The bucket of the same that are lit at their vertices.
+pub(crate) const AT_VERTICES: u32 = BUCKETS - 1;
 /// The bucket of all leaves in simple shapes, the highest bound of parts.
-pub(crate) const WHOLE: u32 = BUCKETS - 1;
+pub(crate) const WHOLE: u32 = AT_VERTICES - 1;
+/// Parts of all leaves, before those of simplified trees.
+pub(crate) const WHOLE_PARTS: u32 = 3;
 /// Bounds in a factor of two.
 pub(crate) const OCTAVE: f32 = 4.0;
 /// Trees of a block.
@@ -52,10 +56,21 @@ pub(crate) struct PartDraw {
     pub indices: (u32, u32),
 }
 
-/// The bucket of a tree that is drawn with this share of its leaves, in simple shapes or in their own.
-pub(crate) fn bucket_of(drawn: f32, simple: bool) -> u32 {
+/// The bucket of a tree that is drawn with this share of its leaves, in simple shapes.
+pub(crate) fn bucket_of(drawn: f32) -> u32 {
     let step = WHOLE as f32 + (OCTAVE * drawn.max(1e-9).log2()).ceil();
-    if simple { step.clamp(1.0, WHOLE as f32) as u32 } else { BUCKETS }
+    step.clamp(1.0, WHOLE as f32) as u32
+}
+
+/// The bucket of a tree's leaves.
+fn leaf_bucket(detail: &Simplification, level: &Level, seen: &Seen) -> u32 {
+    if detail.simple(level, seen) {
+        bucket_of(detail.drawn(level))
+    } else if detail.lit_at_vertices(level, seen) {
+        AT_VERTICES
+    } else {
+        BUCKETS
+    }
 }
 
 /// The largest share of leaves that trees of a bucket are drawn with.
@@ -63,10 +78,10 @@ pub(crate) fn bucket_share(bucket: u32) -> f32 {
     ((bucket as f32 - WHOLE as f32) / OCTAVE).exp2().min(1.0)
 }
 
-/// The parts of a model's leaves: all of them in their own shapes, all in simple ones, then those of
-/// simplified trees. `starts` has the first index of each leaf and the end of the last, `simple_starts`
+/// The parts of a model's leaves: all of them in their own shapes, the same to be lit at their vertices, all
+/// in simple ones, then those of simplified trees. `starts` has the first index of each leaf and the end of the last, `simple_starts`
 /// those of the same leaves in few triangles. Where draws cannot begin in the middle of a list, the last
-/// parts are for all trees, and the first two are empty.
+/// parts are for all trees, and the first are empty.
 pub(crate) fn leaf_parts(
     starts: &[u32],
     simple_starts: &[u32],
@@ -82,6 +97,7 @@ pub(crate) fn leaf_parts(
     };
     let mut parts = vec![
         PartDraw { buckets: (BUCKETS, BUCKETS), indices: all(starts) },
+        PartDraw { buckets: (AT_VERTICES, AT_VERTICES), indices: all(starts) },
         PartDraw { buckets: (WHOLE, WHOLE), indices: all(simple_starts) },
     ];
     let high = if first_instance { WHOLE - 1 } else { BUCKETS };
@@ -271,7 +287,7 @@ impl Trees {
                         level.growth = detail.wood_error(&seen) / tree.scale;
                         wood_bucket(crown.wood_level(level.growth))
                     } else {
-                        bucket_of(detail.drawn(&level), detail.simple(&level, &seen))
+                        leaf_bucket(detail, &level, &seen)
                     };
                     sorted.push((bucket, level, tree));
                 }
@@ -432,9 +448,8 @@ mod tests {
     #[test]
     fn buckets_hold_what_is_drawn_and_little_more() {
         for drawn in [1.0, 0.999, 0.5, 0.3, 0.06, 0.001, 1e-5, 0.0, f32::NAN] {
-            let bucket = bucket_of(drawn, true);
+            let bucket = bucket_of(drawn);
             assert!((1..=WHOLE).contains(&bucket), "{drawn}: {bucket}");
-            assert_eq!(bucket_of(drawn, false), BUCKETS);
             if drawn > bucket_share(1) {
                 let share = bucket_share(bucket);
                 assert!(share >= drawn * 0.9999 && share < drawn * 1.19, "{drawn}: {share}");
@@ -444,8 +459,8 @@ mod tests {
 
     #[test]
     fn simple_shapes_begin_with_the_first_step() {
-        assert_eq!(bucket_of(0.9999 * SIMPLE_BELOW, true), WHOLE - 1);
-        assert_eq!(bucket_of(1.0001 * SIMPLE_BELOW, true), WHOLE);
+        assert_eq!(bucket_of(0.9999 * SIMPLE_BELOW), WHOLE - 1);
+        assert_eq!(bucket_of(1.0001 * SIMPLE_BELOW), WHOLE);
     }
 
     #[test]
@@ -460,7 +475,7 @@ mod tests {
                 let high = if first_instance { WHOLE - 1 } else { BUCKETS };
                 let mut end = starts[0];
                 let mut low = 0;
-                for part in parts.iter().skip(2) {
+                for part in parts.iter().skip(WHOLE_PARTS as usize) {
                     assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
                     assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == high);
                     (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
@@ -469,13 +484,13 @@ mod tests {
                 assert_eq!(end, starts[most]);
             }
             let parts = leaf_parts(&starts, &simple, true);
-            let all = [starts[leaves as usize], 6 * leaves];
-            let whole = parts.iter().take(2).zip(all);
+            let all = [starts[leaves as usize], starts[leaves as usize], 6 * leaves];
+            let whole = parts.iter().take(3).zip(all);
             assert!(whole.clone().all(|(part, all)| part.indices.1 == all), "{parts:?}");
-            assert_eq!(whole.count(), if leaves > 0 { 2 } else { 0 });
+            assert_eq!(whole.count(), if leaves > 0 { 3 } else { 0 });
             // Trees of any bucket are drawn with the leaves that they need.
             for bucket in 1..WHOLE {
-                let drawn: u32 = parts[2.min(parts.len())..]
+                let drawn: u32 = parts[3.min(parts.len())..]
                     .iter()
                     .filter(|p| p.buckets.0 <= bucket)
                     .map(|p| p.indices.1)
@@ -491,7 +506,7 @@ mod tests {
     fn each_level_of_wood_has_a_bucket() {
         let parts = wood_parts(&[(0, (0, 3000)), (1, (3000, 1500)), (2, (4500, 300))]);
         assert_eq!(parts.len(), 3);
-        assert_eq!(parts[2], PartDraw { buckets: (47, 47), indices: (4500, 300) });
+        assert_eq!(parts[2], PartDraw { buckets: (48, 48), indices: (4500, 300) });
         assert_eq!(wood_parts(&[(0, (0, 0))]), []);
     }
 

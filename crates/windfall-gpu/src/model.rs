@@ -38,8 +38,9 @@ impl LeafVertex {
 /// Error from which on a level of wood is only seen from far away, metres: at half a pixel a pixel is a
 /// decimetre wide there.
 const COARSE_WOOD: f32 = 0.05;
-/// Radius below which branches are twigs: in errors of a level, six pixels wide at the nearest, and metres.
-const TWIG: (f32, f32) = (6.0, 0.012);
+/// Mean radius below which branches are twigs: in errors of a level, less than three pixels wide at the nearest, and
+/// metres.
+const TWIG: (f32, f32) = (2.5, 0.012);
 
 /// A vertex of the wood: 32 bytes.
 #[repr(C)]

@@ -1,6 +1,6 @@
 //! The level of detail of one tree: equations 1 to 6.
 
-use super::{FadeRange, Reduction, SIMPLE_BELOW, Simplification, Visibility};
+use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification, Visibility};
 
 /// How a tree is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,9 +79,12 @@ impl Simplification {
 
     /// Whether the leaves of a tree that is seen so are drawn in few triangles: even the nearest.
     pub fn simple(&self, level: &Level, seen: &Seen) -> bool {
-        let nearest = (seen.distance - seen.radius).max(1e-3);
-        let size = seen.leaf_length * level.growth * seen.pixels / nearest;
-        self.drawn(level) <= SIMPLE_BELOW || size < self.leaf_pixels
+        self.drawn(level) <= SIMPLE_BELOW || largest(level, seen) < self.leaf_pixels
+    }
+
+    /// Whether leaves with outlines are lit at their vertices, not in each pixel: even the nearest.
+    pub fn lit_at_vertices(&self, level: &Level, seen: &Seen) -> bool {
+        largest(level, seen) < LIT_AT_VERTICES * self.leaf_pixels
     }
 
     /// `R` for a level of detail.
@@ -131,6 +134,12 @@ pub fn share_for(s: f32, r: f32) -> f32 {
     ((-r).ln_1p() / (-r * s).ln_1p()).min(1.0) as f32
 }
 
+/// Length in the picture of the nearest leaf of a tree, pixels.
+fn largest(level: &Level, seen: &Seen) -> f32 {
+    let nearest = (seen.distance - seen.radius).max(1e-3);
+    seen.leaf_length * level.growth * seen.pixels / nearest
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{Fade, Growth};
@@ -170,6 +179,11 @@ mod tests {
         assert!(!outlines.simple(&Level::FULL, &seen(1e4)));
         let few = Level { lambda: 0.5, ..Level::FULL };
         assert!(outlines.simple(&few, &seen(2.0)));
+        // 25 pixels: 1.92 m before it.
+        for (distance, lit) in [(6.8, false), (7.0, true), (9.9, true)] {
+            assert_eq!(full.lit_at_vertices(&Level::FULL, &seen(distance)), lit, "{distance}");
+        }
+        assert!(!outlines.lit_at_vertices(&Level::FULL, &seen(1e4)));
     }
 
     #[test]

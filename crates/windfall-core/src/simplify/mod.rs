@@ -18,7 +18,7 @@ pub use budget::FrameBudget;
 pub use level::{Level, Seen, area_scale, share_for};
 pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shading::Shading;
-pub use shape::{SIMPLE_BELOW, as_quad, simple_shapes};
+pub use shape::{LIT_AT_VERTICES, SIMPLE_BELOW, as_quad, simple_shapes};
 pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{Branch, SimpleWood, WoodLevel};
 
@@ -51,7 +51,8 @@ pub struct Simplification {
     pub wood_pixels: f32,
     /// Length in the picture below which leaves are drawn in two triangles and lit once, pixels; 0 keeps
     /// the outlines of trees in full at any distance. It is the nearest leaf of a tree that counts. Trees of
-    /// which a smaller share than [`SIMPLE_BELOW`] is drawn have such leaves however large. Safe: 6 to 10.
+    /// which a smaller share than [`SIMPLE_BELOW`] is drawn have such leaves however large. Up to
+    /// [`LIT_AT_VERTICES`] times the length outlines are lit at their vertices only. Safe: 6 to 10.
     pub leaf_pixels: f32,
 }
 

@@ -13,6 +13,10 @@ const DIRECTIONS: usize = 64;
 /// with simple shapes however large: `2^-1/4`, the first step of the lists that trees are drawn in.
 pub const SIMPLE_BELOW: f32 = 0.840_896_4;
 
+/// Up to how many times [`super::Simplification::leaf_pixels`] leaves are lit at their vertices: at 25 pixels
+/// no more is lost of a leaf than its finest veins.
+pub const LIT_AT_VERTICES: f32 = 2.5;
+
 /// For each shape of a foliage one of two triangles that covers as much in the mean over all directions,
 /// about the same centre, for trees so far away that they are simplified: there a leaf is a few pixels
 /// wide, and its vertices are most of what it costs. `None` where a shape has holes, or would not come

@@ -78,9 +78,13 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
 
 // Whether the leaves of a tree are drawn in few triangles: windfall_core::simplify::Simplification::simple.
 fn simple_leaves(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> bool {
+    return fade_end(list, level) <= SIMPLE_BELOW || largest_leaf(list, crown, level, scale, center) < list.leaf_pixels;
+}
+
+// Length of the nearest leaf, pixels.
+fn largest_leaf(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> f32 {
     let nearest = max(distance(center, list.eye) - crown.radius * scale, 1e-3);
-    let size = crown.leaf_length * scale * level.growth * list.pixels / nearest;
-    return fade_end(list, level) <= SIMPLE_BELOW || size < list.leaf_pixels;
+    return crown.leaf_length * scale * level.growth * list.pixels / nearest;
 }
 
 // The rank at which leaves are gone; above it nothing is drawn.

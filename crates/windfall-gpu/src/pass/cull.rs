@@ -2,7 +2,7 @@
 
 use super::hiz::{HiZ, Pyramid};
 use super::{Shaders, compose};
-use crate::cull::{BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees, WHOLE};
+use crate::cull::{AT_VERTICES, BLOCK, BUCKETS, LISTS, OCTAVE, TALLIES, Trees, WHOLE};
 use crate::falls::EMPTY;
 use crate::shared::{CullFrame, Model, TreeInstance};
 use wgpu::util::DeviceExt;
@@ -56,7 +56,7 @@ impl Cull {
         });
         let constants = format!(
             "const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n\
-             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\n"
+             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\nconst AT_VERTICES: u32 = {AT_VERTICES}u;\n"
         );
         let source = compose(&[
             &constants,

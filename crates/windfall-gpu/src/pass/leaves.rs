@@ -5,6 +5,7 @@ use super::{
     draw::{Draw, DrawTarget},
     draw_parts, tree_instances,
 };
+use crate::cull::WHOLE_PARTS;
 use crate::forest::GpuForest;
 use crate::model::{LeafVertex, Part};
 use windfall_core::simplify::FadeBy;
@@ -14,12 +15,22 @@ pub(crate) struct Leaves {
     shadow: Pipelines,
 }
 
-/// Pipelines of trees that are near, of those whose leaves are small, and of simplified trees.
+/// Pipelines of trees that are near, of those less near, whose leaves are lit at their vertices, of those
+/// whose leaves are small, and of simplified trees.
 struct Pipelines {
     near: Kinds,
+    at_vertices: Kinds,
     small: Kinds,
     by_size: Kinds,
     by_opacity: Kinds,
+}
+
+/// Where leaves are lit.
+#[derive(Clone, Copy, PartialEq)]
+enum Lit {
+    InPixels,
+    AtVertices,
+    Once,
 }
 
 /// Pipelines for leaves without pictures, with pictures, and with holes in them.
@@ -36,48 +47,49 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |far: bool,
-                        lit_at_vertices: bool,
-                        vertex,
-                        fragment: Option<&'static str>,
-                        coverage,
-                        target| {
-            shaders.pipeline(&Draw {
-                label: fragment.unwrap_or("leaf shadow"),
-                source: include_str!("../../shaders/leaves.wgsl"),
-                groups: &[part_layout],
-                buffers: &[vertices.clone(), tree_instances()],
-                cull: None,
-                vertex,
-                fragment,
-                alpha_to_coverage: coverage,
-                target,
-                constants: &[
-                    ("far", f64::from(u8::from(far))),
-                    ("lit_at_vertices", f64::from(u8::from(lit_at_vertices))),
-                    ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
-                ],
-            })
-        };
+        let pipeline =
+            |far: bool, lit: Lit, vertex, fragment: Option<&'static str>, coverage, target| {
+                shaders.pipeline(&Draw {
+                    label: fragment.unwrap_or("leaf shadow"),
+                    source: include_str!("../../shaders/leaves.wgsl"),
+                    groups: &[part_layout],
+                    buffers: &[vertices.clone(), tree_instances()],
+                    cull: None,
+                    vertex,
+                    fragment,
+                    alpha_to_coverage: coverage,
+                    target,
+                    constants: &[
+                        ("far", f64::from(u8::from(far))),
+                        ("lit_at_vertices", (lit != Lit::InPixels).into()),
+                        ("outlines", (lit == Lit::AtVertices).into()),
+                        ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
+                    ],
+                })
+            };
         let kinds = |far, vertex, solid, masked, target| {
             let radiance = target == DrawTarget::Radiance;
-            let with_pictures = pipeline(far, false, vertex, solid, false, target);
+            let with_pictures = pipeline(far, Lit::InPixels, vertex, solid, false, target);
             let plain = if far && radiance {
-                pipeline(far, true, vertex, solid, false, target)
+                pipeline(far, Lit::Once, vertex, solid, false, target)
             } else {
                 with_pictures.clone()
             };
-            [plain, with_pictures, pipeline(far, false, vertex, masked, radiance, target)]
+            [plain, with_pictures, pipeline(far, Lit::InPixels, vertex, masked, radiance, target)]
         };
         let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
         let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
-        let mut small = near.clone();
-        small[0] = pipeline(false, true, "vertex", Some("solid"), false, DrawTarget::Radiance);
+        let [at_vertices, small] = [Lit::AtVertices, Lit::Once].map(|lit| {
+            let mut kinds = near.clone();
+            kinds[0] = pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
+            kinds
+        });
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
         let fade = Some("fade_shadow");
         Self {
             radiance: Pipelines {
                 near,
+                at_vertices,
                 small,
                 by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
                 by_opacity: kinds(
@@ -89,6 +101,7 @@ impl Leaves {
                 ),
             },
             shadow: Pipelines {
+                at_vertices: near_shadow.clone(),
                 small: near_shadow.clone(),
                 near: near_shadow,
                 by_size: kinds(true, "vertex", None, Some("masked_shadow"), map),
@@ -110,9 +123,12 @@ impl Leaves {
             FadeBy::Size => &pipelines.by_size,
             FadeBy::Opacity => &pipelines.by_opacity,
         };
-        for (pipelines, parts) in
-            [(&pipelines.near, 0..1), (&pipelines.small, 1..2), (far, 2..u32::MAX)]
-        {
+        for (pipelines, parts) in [
+            (&pipelines.near, 0..1),
+            (&pipelines.at_vertices, 1..2),
+            (&pipelines.small, 2..WHOLE_PARTS),
+            (far, WHOLE_PARTS..u32::MAX),
+        ] {
             draw_parts(
                 pass,
                 forest,

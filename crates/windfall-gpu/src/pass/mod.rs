@@ -41,7 +41,7 @@ use crate::shared::{
     Stream, Surface, TreeInstance, TreeList, TreeRecord,
 };
 use std::ops::Range;
-use windfall_core::simplify::SIMPLE_BELOW;
+use windfall_core::simplify::{LIT_AT_VERTICES, SIMPLE_BELOW};
 
 /// What every pass needs to make its pipelines.
 pub(crate) struct Shaders<'a> {
@@ -76,7 +76,10 @@ fn compose(sources: &[&str]) -> String {
         include_str!("../../shaders/shared/season.wgsl"),
         include_str!("../../shaders/shared/branch.wgsl"),
     ];
-    let constants = format!("const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n");
+    let constants = format!(
+        "const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n\
+         const LIT_AT_VERTICES: f32 = {LIT_AT_VERTICES:?};\n"
+    );
     [structs.concat(), constants, shared.join("\n"), sources.join("\n")].join("\n")
 }
 

@@ -9,6 +9,7 @@ use super::{
     Shaders, compose,
     draw::{Draw, DrawTarget},
 };
+use crate::cull::WHOLE_PARTS;
 use crate::forest::GpuForest;
 use crate::model::LeafQuads;
 use crate::shared::TreeInstance;
@@ -221,21 +222,22 @@ impl Quads {
             let Some(&LeafQuads { first, .. }) = quads else {
                 continue;
             };
-            // The first part is that of near trees; the second, that of trees whose leaves are small, has
+            // The first parts are those of near trees; the next, that of trees whose leaves are small, has
             // all leaves, the others have them by and by.
             let Range { start, end } = trees.draws[m].0.clone();
             let instances = trees.records.iter().filter(|r| r.model == m as u32).count();
-            if end - start < 2 || instances == 0 {
+            let whole = start + WHOLE_PARTS - 1;
+            if end <= whole || instances == 0 {
                 continue;
             }
-            let all_leaves = trees.parts[start as usize + 1].indices;
-            for draw in start + 1..end {
+            let all_leaves = trees.parts[whole as usize].indices;
+            for draw in whole..end {
                 let (at, count) = trees.parts[draw as usize].indices;
                 let corner = first + 4 * ((at - all_leaves.0) / 6);
                 facts[1 + draw as usize] = [count / 6, corner, crown.tree_first, 0];
             }
             all += u64::from(all_leaves.1 / 6) * instances as u64;
-            ranges.push((m, [[start + 1, 1, 0, 0], [start + 2, end - start - 2, 0, 0]]));
+            ranges.push((m, [[whole, 1, 0, 0], [whole + 1, end - whole - 1, 0, 0]]));
         }
         let room = all.min(u64::from(most)).min(limit / (4 * CORNER)) as u32;
         if room == 0 || of_view > limit {
