@@ -669,8 +669,7 @@ mod tests {
                 simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
             }
             if !wood {
-                let buckets =
-                    on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end, true));
+                let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
                 assert!(buckets.rev().is_sorted(), "the more detailed first");
             }
         }

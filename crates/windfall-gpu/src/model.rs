@@ -510,6 +510,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn each_triangle_of_a_level_is_drawn_once_as_thick_as_it_is() {
+        let branches: Vec<Branch> =
+            [0.2, 0.02, 0.01].map(|radius| [Branch { radius, vanishes: 1.0 }; 3]).concat();
+        // Of the finest level only the thinnest is a twig, of one with an error of 1 cm the second too.
+        let levels: Vec<WoodLevel> = [0.0, 0.01, 0.06]
+            .map(|error| WoodLevel { indices: vec![6, 7, 8, 0, 1, 2, 3, 4, 5], error })
+            .to_vec();
+        let (indices, [limbs, twigs, far]) = wood_draws(&levels, &branches);
+        let first = |draws: &WoodDraws| -> Vec<(u32, Vec<u32>)> {
+            let of = |&(level, (first, count)): &(u32, (u32, u32))| {
+                let range = &indices[first as usize..(first + count) as usize];
+                (level, range.iter().step_by(3).copied().collect())
+            };
+            draws.iter().map(of).collect()
+        };
+        assert_eq!(first(&limbs), [(0, vec![0, 3]), (1, vec![0])]);
+        assert_eq!(first(&twigs), [(0, vec![6]), (1, vec![6, 3])]);
+        assert_eq!(first(&far), [(2, vec![6, 0, 3])]);
+        assert_eq!(indices.len(), 27);
+    }
+
+    #[test]
     fn the_mean_normal_of_a_fold_is_as_long_as_it_is_open() {
         // Halves of one square metre and of two, that lean to either side by 0.5.
         let (sin, cos) = 0.5f32.sin_cos();
