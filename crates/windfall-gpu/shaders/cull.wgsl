@@ -49,6 +49,13 @@ fn center_of(tree: TreeRecord, crown: Crown) -> vec3<f32> {
     return tree.position + turned * tree.scale;
 }
 
+// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind, in which it
+// leans by 3% of its height at most and rocks by a quarter of a metre (shared/sway.wgsl).
+fn margin_of(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> f32 {
+    let growth = tree_level(list, crown, scale, center).growth;
+    return (growth - 1.0) * crown.leaf_length * scale + 0.06 * crown.radius * scale + 0.25;
+}
+
 fn sphere_in(list: TreeList, center: vec3<f32>, radius: f32) -> bool {
     for (var i = 0u; i < 5u; i++) {
         if dot(list.planes[i], vec4(center, 1.0)) < -radius {
@@ -59,11 +66,12 @@ fn sphere_in(list: TreeList, center: vec3<f32>, radius: f32) -> bool {
 }
 
 // All corners of the bounding box on the outer side of one clip plane (SFS, 4.2).
-fn box_in(list: TreeList, tree: TreeRecord, crown: Crown) -> bool {
+fn box_in(list: TreeList, tree: TreeRecord, crown: Crown, margin: f32) -> bool {
+    let half_size = crown.half_size + margin / tree.scale;
     var outside = array<u32, 5>(0u, 0u, 0u, 0u, 0u);
     for (var corner = 0u; corner < 8u; corner++) {
         let side = vec3(f32(corner & 1u), f32((corner >> 1u) & 1u), f32(corner >> 2u)) * 2.0 - 1.0;
-        let c = crown.center + side * crown.half_size;
+        let c = crown.center + side * half_size;
         let turned = vec3(tree.cos_yaw * c.x + tree.sin_yaw * c.z, c.y, tree.cos_yaw * c.z - tree.sin_yaw * c.x);
         let at = list.clip_from_world * vec4(tree.position + turned * tree.scale, 1.0);
         outside[0] += u32(at.x < -at.w);
@@ -201,10 +209,11 @@ fn classify(
         let list = cull.lists[list_index % 4u];
         let crown = models[tree.model].crown;
         let center = center_of(tree, crown);
-        let radius = crown.radius * tree.scale;
+        let margin = margin_of(list, crown, tree.scale, center);
+        let radius = crown.radius * tree.scale + margin;
         var seen = list.culling == 0u;
         if list.culling == 1u {
-            seen = box_in(list, tree, crown);
+            seen = box_in(list, tree, crown, margin);
         } else if list.culling > 1u {
             seen = sphere_in(list, center, radius);
         }
@@ -233,7 +242,8 @@ fn reclassify(
         let list = cull.lists[0];
         let crown = models[tree.model].crown;
         let center = center_of(tree, crown);
-        if !hidden(list.clip_from_world, center, crown.radius * tree.scale) {
+        let radius = crown.radius * tree.scale + margin_of(list, crown, tree.scale, center);
+        if !hidden(list.clip_from_world, center, radius) {
             key = key_of(list_index, list, crown, tree.scale, center);
         }
     }

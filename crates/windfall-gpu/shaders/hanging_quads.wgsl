@@ -55,10 +55,17 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     let of_part = quad - part.x;
     let tree = tree_at(part.w + of_part / part.y);
     let first = part.z + 4u * (of_part % part.y);
+    // The mean of what its corners have: see radiance_at_vertex.
+    var corners: array<vec4<f32>, 4>;
+    var radiance = vec3(0.0);
     for (var i = 0u; i < 4u; i++) {
         let in = leaf_vertex(first + i);
         let seen = leaf_seen(tree, in.leaf);
         let corner = hanging(in, tree, sqrt(seen), seen);
-        quads[4u * quad + i] = quad_corner(corner.clip, corner.bent_normal_reach.xyz);
+        corners[i] = corner.clip;
+        radiance += 0.25 * corner.bent_normal_reach.xyz;
+    }
+    for (var i = 0u; i < 4u; i++) {
+        quads[4u * quad + i] = quad_corner(corners[i], radiance);
     }
 }

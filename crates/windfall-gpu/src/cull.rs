@@ -274,15 +274,15 @@ impl Trees {
             let mut sorted: Vec<(u32, Level, &TreeRecord)> = Vec::new();
             for tree in records.iter().filter(|tree| tree.model != u32::MAX) {
                 let center = tree.world_from_tree(crown.center);
-                let radius = crown.radius * tree.scale;
-                let seen = match list.culling {
+                let seen = crown.seen(tree, list, center);
+                let mut level = detail.level(&seen);
+                let margin = crown.margin(tree.scale, level.growth);
+                let in_view = match list.culling {
                     0 => true,
-                    1 => list.sees_box(tree, crown),
-                    _ => frustum.sees_sphere(center, radius),
+                    1 => list.sees_box(tree, crown, margin),
+                    _ => frustum.sees_sphere(center, crown.radius * tree.scale + margin),
                 };
-                if seen {
-                    let seen = crown.seen(tree, list, center);
-                    let mut level = detail.level(&seen);
+                if in_view {
                     let bucket = if wood {
                         level.growth = detail.wood_error(&seen) / tree.scale;
                         wood_bucket(crown.wood_level(level.growth))
@@ -368,6 +368,12 @@ impl Crown {
         level - 1
     }
 
+    /// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind, in which
+    /// it leans by 3% of its height at most and rocks by a quarter of a metre (`shaders/shared/sway.wgsl`).
+    fn margin(&self, scale: f32, growth: f32) -> f32 {
+        (growth - 1.0) * self.leaf_length * scale + 0.06 * self.radius * scale + 0.25
+    }
+
     fn seen(&self, tree: &TreeRecord, list: &TreeList, center: Vec3) -> Seen {
         Seen {
             distance: center.distance(list.eye),
@@ -414,13 +420,14 @@ impl TreeRecord {
 
 impl TreeList {
     /// Whether no plane of clip space has the whole bounding box outside (SFS, 4.2).
-    fn sees_box(&self, tree: &TreeRecord, crown: &Crown) -> bool {
+    fn sees_box(&self, tree: &TreeRecord, crown: &Crown, margin: f32) -> bool {
+        let half_size = crown.half_size + margin / tree.scale;
         let corners = (0..8).map(|corner| {
             let side =
                 Vec3::new((corner & 1) as f32, (corner >> 1 & 1) as f32, (corner >> 2) as f32)
                     * 2.0
                     - 1.0;
-            let at = tree.world_from_tree(crown.center + side * crown.half_size);
+            let at = tree.world_from_tree(crown.center + side * half_size);
             self.clip_from_world * at.extend(1.0)
         });
         let mut outside = [0; 5];

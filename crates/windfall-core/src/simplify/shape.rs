@@ -142,7 +142,7 @@ mod tests {
                 assert_eq!((simple.positions.len(), simple.indices.len()), (4, 6), "{species}");
                 // What hid itself of a folded or curled leaf is gone, or the two triangles hide more.
                 let area = simple.area() / shape.area();
-                assert!((0.9..1.02).contains(&area), "{species}: {area}");
+                assert!((0.9..1.05).contains(&area), "{species}: {area}");
                 // The petiole, which is a third of a birch's leaf, is gone.
                 let size = simple.radius() / shape.radius();
                 assert!((0.5..1.3).contains(&size), "{species}: {size}");
