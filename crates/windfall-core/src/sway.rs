@@ -39,6 +39,12 @@ pub fn offset(wind: &Wind, rest: Vec3, foot: f32, time: f64) -> Vec3 {
     )
 }
 
+/// A bound of [`offset`], metres: in wind of at most `speed` m/s, of what is up to `high` metres above the foot.
+pub fn farthest(speed: f32, high: f32) -> f32 {
+    // Of what rocks and trembles along three axes the root of the sum of squares.
+    (speed * speed * 1.5e-4 * high * high.sqrt()).min(0.03 * high) + 0.03 * speed.min(8.0)
+}
+
 /// How a leaf that hangs at `rest` has turned about its place: up to about a quarter turn in a storm.
 pub fn flutter(wind: &Wind, rest: Vec3, time: f64) -> Quat {
     let blowing = wind.velocity(rest, time);
@@ -73,6 +79,22 @@ mod tests {
         assert!(reach(4.0) < reach(12.0) && reach(12.0) > 0.05, "{}", reach(12.0));
         assert!(reach(12.0) < 12.0 / 15.0);
         assert_eq!(offset(&Wind::calm(), Vec3::ONE * 9.0, 0.0, 3.0), Vec3::ZERO);
+    }
+
+    #[test]
+    fn nothing_moves_farther_than_the_farthest_and_much_comes_near() {
+        let mut most = 0.0f32;
+        for (speed, gustiness) in [(0.5, 0.0), (3.0, 0.5), (6.0, 0.7), (14.0, 1.0)] {
+            let wind = Wind::new(speed, 0.4, gustiness, 2);
+            for i in 0..4000 {
+                let high = 1.0 + (i % 30) as f32;
+                let rest = Vec3::new((i % 7) as f32, high, (i % 11) as f32);
+                let moved = offset(&wind, rest, 0.0, f64::from(i) * 0.37).length();
+                most = most.max(moved / farthest(wind.fastest(), high));
+            }
+        }
+        assert!((0.7..1.0).contains(&most), "{most}");
+        assert_eq!(farthest(0.0, 30.0), 0.0);
     }
 
     #[test]

@@ -49,11 +49,16 @@ fn center_of(tree: TreeRecord, crown: Crown) -> vec3<f32> {
     return tree.position + turned * tree.scale;
 }
 
-// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind, in which it
-// leans by 3% of its height at most and rocks by a quarter of a metre (shared/sway.wgsl).
+// How far a part of a tree is moved by the wind at most, metres: windfall_core::sway::farthest.
+fn farthest_sway(speed: f32, high: f32) -> f32 {
+    return min(speed * speed * 1.5e-4 * high * sqrt(high), 0.03 * high) + 0.03 * min(speed, 8.0);
+}
+
+// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind.
 fn margin_of(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> f32 {
     let growth = tree_level(list, crown, scale, center).growth;
-    return (growth - 1.0) * crown.leaf_length * scale + 0.06 * crown.radius * scale + 0.25;
+    let sway = farthest_sway(cull.wind_speed, 2.0 * crown.radius * scale);
+    return (growth - 1.0) * crown.leaf_length * scale + sway;
 }
 
 fn sphere_in(list: TreeList, center: vec3<f32>, radius: f32) -> bool {

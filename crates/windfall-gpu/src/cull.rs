@@ -22,6 +22,7 @@ use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::simplify::{
     FadeRange, Level, Reduction, Seen, Shading, Simplification, Visibility,
 };
+use windfall_core::sway::farthest;
 
 /// Buckets: the highest is that of leaves in their own shapes.
 pub(crate) const BUCKETS: u32 = 50;
@@ -79,8 +80,8 @@ pub(crate) fn bucket_share(bucket: u32) -> f32 {
 }
 
 /// The parts of a model's leaves: all of them in their own shapes, the same to be lit at their vertices, all
-/// in simple ones, then those of simplified trees. `starts` has the first index of each leaf and the end of the last, `simple_starts`
-/// those of the same leaves in few triangles. Where draws cannot begin in the middle of a list, the last
+/// in simple ones, then those of simplified trees. `starts` has the first index of each leaf and the end of
+/// the last, `simple_starts` those of the same leaves in few triangles. Where draws cannot begin in the middle of a list, the last
 /// parts are for all trees, and the first are empty.
 pub(crate) fn leaf_parts(
     starts: &[u32],
@@ -249,18 +250,19 @@ impl Trees {
             model_count: self.crowns.len() as u32,
             draw_count: self.parts.len() as u32,
             top_level: 0,
-            cull_padding: 0,
+            wind_speed: 0.0,
         }
     }
 
-    /// Makes a list as the GPU does: the same trees in the same places.
+    /// Makes a list as the GPU does: the same trees in the same places. Of the wind it takes a bound of the
+    /// speed, and the velocity.
     pub fn list_on_cpu(
         &self,
         list: &TreeList,
         wood: bool,
         detail: &Simplification,
         detached: impl Fn(&TreeRecord, u32) -> u32,
-        wind: impl Fn(Vec3) -> Vec2,
+        wind: (f32, impl Fn(Vec3) -> Vec2),
         sun: Vec3,
     ) -> CpuList {
         let frustum = Frustum::new(list.clip_from_world);
@@ -276,7 +278,7 @@ impl Trees {
                 let center = tree.world_from_tree(crown.center);
                 let seen = crown.seen(tree, list, center);
                 let mut level = detail.level(&seen);
-                let margin = crown.margin(tree.scale, level.growth);
+                let margin = crown.margin(tree.scale, level.growth, wind.0);
                 let in_view = match list.culling {
                     0 => true,
                     1 => list.sees_box(tree, crown, margin),
@@ -309,7 +311,7 @@ impl Trees {
                     contrast: level.contrast,
                     seed: tree.seed,
                     detached: detached | tree.events << 24,
-                    wind: pack_halfs(wind(tree.position)),
+                    wind: pack_halfs(wind.1(tree.position)),
                     mean_cosines: pack_halfs(match detail.mean_cosine {
                         Some(mean) => Vec2::splat(0.5 * mean),
                         None => crown.mean_cosines(tree, sun, list.eye),
@@ -368,10 +370,9 @@ impl Crown {
         level - 1
     }
 
-    /// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind, in which
-    /// it leans by 3% of its height at most and rocks by a quarter of a metre (`shaders/shared/sway.wgsl`).
-    fn margin(&self, scale: f32, growth: f32) -> f32 {
-        (growth - 1.0) * self.leaf_length * scale + 0.06 * self.radius * scale + 0.25
+    /// How far leaves of a tree may be beyond its bounds, metres: as they have grown, and by the wind.
+    fn margin(&self, scale: f32, growth: f32, wind_speed: f32) -> f32 {
+        (growth - 1.0) * self.leaf_length * scale + farthest(wind_speed, 2.0 * self.radius * scale)
     }
 
     fn seen(&self, tree: &TreeRecord, list: &TreeList, center: Vec3) -> Seen {

@@ -190,6 +190,11 @@ impl GpuForest {
         self.totals
     }
 
+    /// A bound of the speed of the wind that moves the trees, m/s.
+    pub(crate) fn wind_speed(&self, view: &View) -> f32 {
+        if view.quality.sway { self.wind.fastest() } else { 0.0 }
+    }
+
     /// Makes a list on the CPU, for leaves or for wood.
     pub(crate) fn list_on_cpu(
         &self,
@@ -201,7 +206,8 @@ impl GpuForest {
         let detached = |tree: &TreeRecord, leaves: u32| {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
-        let wind = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
+        let velocity = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
+        let wind = (self.wind_speed(view), velocity);
         let sun = view.sky.sun_direction();
         self.trees.list_on_cpu(list, wood, detail, detached, wind, sun)
     }

@@ -449,6 +449,7 @@ impl Renderer {
         } else {
             let cull = CullFrame {
                 top_level: canvas.pyramid.top_level(),
+                wind_speed: forest.wind_speed(view),
                 ..forest.trees.frame(&lists, view, (canvas.width, canvas.height))
             };
             queue.write_buffer(&gpu.uniform, 0, bytemuck::bytes_of(&cull));

@@ -236,8 +236,8 @@ gpu_struct! {
         pub draw_count: u32,
         /// Level of the occlusion pyramid that is one texel.
         pub top_level: u32,
-        /// Unused.
-        pub cull_padding: u32,
+        /// Bound of the wind's speed, m/s; 0 where trees stand still.
+        pub wind_speed: f32,
     }
 }
 

@@ -288,6 +288,28 @@ fn board() -> Tree {
     board
 }
 
+/// In a storm a tree reaches farther than at rest: its edge leans into view.
+#[test]
+fn what_leans_into_view_is_drawn() {
+    let (trees, forest) = lone(board());
+    let falls = Falls { wind: Wind::new(14.0, 0.0, 0.0, 3), ..Falls::none() };
+    let forest = upload(&trees, &forest, &falls);
+    let canvas = STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1);
+    let mut seen = 0;
+    for step in 0..24 {
+        // Past its edge, ever farther to the side.
+        let x = 70.0 + 0.25 * step as f32;
+        let [all, sphere, clip_space] =
+            [Culling::Off, Culling::Sphere, Culling::ClipSpace].map(|culling| {
+                let view = View { culling, ..view([x, 30.0, 50.0], [x, 30.0, 0.0]) };
+                paint_on(&canvas, &forest, &view)
+            });
+        assert!(sphere == all && clip_space == all, "{x} m");
+        seen += usize::from(counts(&forest).visible > 0);
+    }
+    assert!((4..20).contains(&seen), "{seen}: the board leaves the picture on the way");
+}
+
 /// Past the edge of a board that hides a wood: what the depth of the frame before hid comes into view.
 #[test]
 fn culling_leaves_out_only_what_is_not_seen() {

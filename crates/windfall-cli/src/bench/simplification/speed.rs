@@ -129,11 +129,7 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
     let mut times: [Vec<f64>; 4] = Default::default();
     for round in 0..WARM_UP + 3 * args.frames {
         let of_round = [
-            {
-                let m = easel.frame(gpu, &forest, &view(detail))?;
-                eprintln!("WITH {:.0} {:?}", m.wall, m.gpu);
-                m.wall
-            },
+            easel.frame(gpu, &forest, &view(detail))?.wall,
             easel.frame(gpu, &without, &view(detail))?.wall,
             plain.measure(gpu, 1.0)?,
             plain.measure(gpu, 0.0)?,
