@@ -298,7 +298,7 @@ fn what_leans_into_view_is_drawn() {
     let mut seen = 0;
     for step in 0..24 {
         // Past its edge, ever farther to the side.
-        let x = 70.0 + 0.25 * step as f32;
+        let x = 70.0 + 0.4 * step as f32;
         let [all, sphere, clip_space] =
             [Culling::Off, Culling::Sphere, Culling::ClipSpace].map(|culling| {
                 let view = View { culling, ..view([x, 30.0, 50.0], [x, 30.0, 0.0]) };
