@@ -262,7 +262,7 @@ impl Trees {
         wood: bool,
         detail: &Simplification,
         detached: impl Fn(&TreeRecord, u32) -> u32,
-        wind: (f32, impl Fn(Vec3) -> Vec2),
+        wind: &(f32, impl Fn(Vec3) -> Vec2),
         sun: Vec3,
     ) -> CpuList {
         let frustum = Frustum::new(list.clip_from_world);

@@ -207,7 +207,7 @@ impl GpuForest {
             tree.detached(&self.shedding, self.gust_rate, leaves, view.time)
         };
         let velocity = |at: Vec3| self.wind.velocity(at, f64::from(view.time)).xz();
-        let wind = (self.wind_speed(view), velocity);
+        let wind = &(self.wind_speed(view), velocity);
         let sun = view.sky.sun_direction();
         self.trees.list_on_cpu(list, wood, detail, detached, wind, sun)
     }

@@ -101,7 +101,7 @@ fn silhouette(shape: &LeafShape) -> f32 {
             sum += facing.abs();
             signed += facing;
         }
-        (sum + signed.abs()) / 2.0
+        f32::midpoint(sum, signed.abs())
     };
     sky(DIRECTIONS).into_iter().map(area).sum::<f32>() / DIRECTIONS as f32
 }
