@@ -49,7 +49,7 @@ fn center_of(tree: TreeRecord, crown: Crown) -> vec3<f32> {
     return tree.position + turned * tree.scale;
 }
 
-// How far a part of a tree is moved by the wind at most, metres: windfall_core::sway::farthest.
+// How far a part of a tree is moved by the wind at most, metres: the twin of windfall_core::sway::farthest.
 fn farthest_sway(speed: f32, high: f32) -> f32 {
     return min(speed * speed * 1.5e-4 * high * sqrt(high), 0.03 * high) + 0.03 * min(speed, 8.0);
 }

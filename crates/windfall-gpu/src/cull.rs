@@ -81,8 +81,8 @@ pub(crate) fn bucket_share(bucket: u32) -> f32 {
 
 /// The parts of a model's leaves: all of them in their own shapes, the same to be lit at their vertices, all
 /// in simple ones, then those of simplified trees. `starts` has the first index of each leaf and the end of
-/// the last, `simple_starts` those of the same leaves in few triangles. Where draws cannot begin in the middle of a list, the last
-/// parts are for all trees, and the first are empty.
+/// the last, `simple_starts` those of the same leaves in few triangles. Where draws cannot begin in the
+/// middle of a list, the last parts are for all trees, and the first are empty.
 pub(crate) fn leaf_parts(
     starts: &[u32],
     simple_starts: &[u32],
@@ -265,6 +265,7 @@ impl Trees {
         wind: &(f32, impl Fn(Vec3) -> Vec2),
         sun: Vec3,
     ) -> CpuList {
+        let (wind_speed, wind_at) = wind;
         let frustum = Frustum::new(list.clip_from_world);
         let mut out = CpuList {
             placed: vec![TreeInstance::zeroed(); self.records.len()],
@@ -278,7 +279,7 @@ impl Trees {
                 let center = tree.world_from_tree(crown.center);
                 let seen = crown.seen(tree, list, center);
                 let mut level = detail.level(&seen);
-                let margin = crown.margin(tree.scale, level.growth, wind.0);
+                let margin = crown.margin(tree.scale, level.growth, *wind_speed);
                 let in_view = match list.culling {
                     0 => true,
                     1 => list.sees_box(tree, crown, margin),
@@ -311,7 +312,7 @@ impl Trees {
                     contrast: level.contrast,
                     seed: tree.seed,
                     detached: detached | tree.events << 24,
-                    wind: pack_halfs(wind.1(tree.position)),
+                    wind: pack_halfs(wind_at(tree.position)),
                     mean_cosines: pack_halfs(match detail.mean_cosine {
                         Some(mean) => Vec2::splat(0.5 * mean),
                         None => crown.mean_cosines(tree, sun, list.eye),

@@ -14,7 +14,7 @@ const DIRECTIONS: usize = 64;
 pub const SIMPLE_BELOW: f32 = 0.840_896_4;
 
 /// Up to how many times [`super::Simplification::leaf_pixels`] leaves are lit at their vertices: at 25 pixels
-/// no more is lost of a leaf than its finest veins.
+/// no more is lost of a leaf than its veins and blotches.
 pub const LIT_AT_VERTICES: f32 = 2.5;
 
 /// For each shape of a foliage one of two triangles that covers as much in the mean over all directions,

@@ -56,7 +56,8 @@ impl Cull {
         });
         let constants = format!(
             "const BUCKETS: u32 = {BUCKETS}u;\nconst OCTAVE: f32 = {OCTAVE:?};\n\
-             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\nconst AT_VERTICES: u32 = {AT_VERTICES}u;\n"
+             const LISTS: u32 = {LISTS}u;\nconst WHOLE: u32 = {WHOLE}u;\n\
+             const AT_VERTICES: u32 = {AT_VERTICES}u;\n"
         );
         let source = compose(&[
             &constants,

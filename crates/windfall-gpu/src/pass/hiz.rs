@@ -179,7 +179,7 @@ impl Pyramid {
         self.levels.len() as u32 - 1
     }
 
-    /// Remembers that the pyramid is of this frame, whose uniforms begin with the clip space.
+    /// Remembers that the pyramid is of this frame, of whose uniforms it keeps the clip space.
     pub fn remember(&self, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::Buffer) {
         let size = self.seen_from_world.size();
         let at = std::mem::offset_of!(Frame, clip_from_world) as u64;
