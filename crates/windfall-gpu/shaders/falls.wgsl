@@ -45,8 +45,9 @@ struct Window {
     slot_first: u32,
     keep: u32,
     bin: u32,
-    // Whether the leaves on the tree are drawn in two triangles, if they can be.
+    // Whether its leaves can be drawn in two triangles, and whether those on the tree are.
     simple: bool,
+    tree_simple: bool,
     bin_first: u32,
     radius: f32,
     gusts: vec4<f32>,
@@ -70,8 +71,8 @@ fn window_of(stream: u32) -> Window {
     let d = slots[at + 3u];
     let fade = unpack2x16float(d.w);
     return Window(
-        a.x, a.y, a.z, a.w, b.x, b.y >> 1u, (b.y & 1u) == 1u, b.z, bitcast<f32>(b.w), bitcast<vec4<f32>>(slots[at + 2u]),
-        d.y, bitcast<f32>(d.z), fade.x, fade.y,
+        a.x, a.y, a.z, a.w, b.x, b.y >> 2u, (b.y & 1u) == 1u, (b.y & 2u) == 2u, b.z, bitcast<f32>(b.w),
+        bitcast<vec4<f32>>(slots[at + 2u]), d.y, bitcast<f32>(d.z), fade.x, fade.y,
     );
 }
 
@@ -142,9 +143,9 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     let list = cull.lists[0];
     let center = stream.position + turned * stream.scale;
     let level = tree_level(list, crown, stream.scale, center);
-    // As its leaves hang, so they let go.
-    let simple = stream.simple == 1u && simple_leaves(list, crown, level, stream.scale, center);
-    slots[at + 1u] = vec4(stream.keep, (stream.bin << 1u) | u32(simple), stream.bin_first, bitcast<u32>(stream.radius));
+    let tree_simple = simple_leaves(list, crown, level, stream.scale, center);
+    let bin = (stream.bin << 2u) | (u32(tree_simple) << 1u) | stream.simple;
+    slots[at + 1u] = vec4(stream.keep, bin, stream.bin_first, bitcast<u32>(stream.radius));
     let leaf_count = f32(stream.leaf_count);
     // Half floats end at 65,504: where fewer than a hundredth of a leaf fades, none does.
     let slope = min(0.5 / max(level.radius * leaf_count, 1e-6), 100.0);
@@ -383,11 +384,13 @@ fn tallies() -> u32 {
     return 10u * fall.bin_count;
 }
 
-// Whether a leaf is so small in the picture that two triangles will do.
-fn is_small(window: Window, leaf: LooseLeaf) -> bool {
+// Whether a leaf is so small in the picture that two triangles will do. As its tree's leaves hang, so it lets
+// go: `free` is whether it has.
+fn is_small(window: Window, leaf: LooseLeaf, free: bool) -> bool {
     let list = cull.lists[0];
     let length = 2.0 * window.radius * leaf.scale * list.pixels;
-    return window.simple && length < list.leaf_pixels * distance(leaf.position, list.eye);
+    let short = length < list.leaf_pixels * distance(leaf.position, list.eye);
+    return window.simple && short && (free || window.tree_simple);
 }
 
 // Where small leaves of a draw are added: below the last.
@@ -492,7 +495,7 @@ fn pose_slot(window: Window, index: u32, at: u32) -> Posed {
             forget_sight(slot);
         }
     }
-    return Posed(leaf, in_air, seen, seen && is_small(window, leaf));
+    return Posed(leaf, in_air, seen, seen && is_small(window, leaf, lies || elapsed > LETTING_GO));
 }
 
 // The leaf's part of `counts`.
@@ -575,7 +578,8 @@ fn change(@builtin(global_invocation_id) id: vec3<u32>) {
                 }
             }
             atomicAdd(&counters[tallies() + select(1u, 3u, on_ground)], 1u);
-            if is_small(window, out) {
+            let free = on_ground || fall.time - bitcast<f32>(slots[2u * slot].w) > LETTING_GO;
+            if is_small(window, out, free) {
                 drawn[add_small(window, 1u)] = out;
             } else {
                 drawn[window.bin_first + atomicAdd(&counters[5u * window.bin + 1u], 1u)] = out;

@@ -211,10 +211,18 @@ fn turn_by(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
     return v + q.w * t + cross(q.xyz, t);
 }
 
-// What a vertex in the air or on the ground has of its leaf: the LooseLeaf's colour and look.
-fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec4<f32>, look: u32) -> Varyings {
+// What a vertex in the air or on the ground has of its leaf: the LooseLeaf's colour and look. A leaf that is
+// lit once is lit in its middle.
+fn loose_varyings(
+    world: vec3<f32>,
+    middle: vec3<f32>,
+    normal: vec3<f32>,
+    uv: vec2<f32>,
+    color: vec4<f32>,
+    look: u32,
+) -> Varyings {
     var out: Varyings;
-    out.world = world;
+    out.world = middle;
     out.clip = frame.clip_from_world * vec4(world, 1.0);
     out.normal = normal;
     // The crown's bent normal on the twig; in the air light comes from above.
@@ -228,13 +236,14 @@ fn loose_varyings(world: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, color: vec
     if lit_at_vertices {
         out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
     }
+    out.world = world;
     return out;
 }
 
 fn posed(position: vec3<f32>, normal: vec3<f32>, uv: vec2<f32>, leaf: LooseLeaf) -> Varyings {
     let q = normalize(vec4(unpack2x16snorm(leaf.orientation_xy), unpack2x16snorm(leaf.orientation_zw)));
     let world = leaf.position + turn_by(q, position) * leaf.scale;
-    return loose_varyings(world, turn_by(q, normal), uv, unpack4x8unorm(leaf.color), leaf.look);
+    return loose_varyings(world, leaf.position, turn_by(q, normal), uv, unpack4x8unorm(leaf.color), leaf.look);
 }
 
 @vertex
@@ -245,13 +254,8 @@ fn loose(in: LooseVertex) -> Varyings {
 fn loose_vertex(in: LooseVertex) -> Varyings {
     let q = normalize(in.orientation);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * in.place_scale.w;
-    if lit_at_vertices {
-        var out = loose_varyings(in.place_scale.xyz, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
-        out.world = world;
-        out.clip = frame.clip_from_world * vec4(world, 1.0);
-        return out;
-    }
-    return loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
+    let normal = turn_by(q, in.normal.xyz);
+    return loose_varyings(world, in.place_scale.xyz, normal, in.uv, in.color_ambient, in.look);
 }
 
 // Cosines of the light on a side of a leaf and on the other. A leaf that is lit once has the mean over its

@@ -17,6 +17,9 @@ fn watched_leaf(leaf: Varyings, place: u32) -> Varyings {
     }
     if frame.show == SHOW_OCCLUSION {
         out.color = occlusion_color(what);
+        if lit_at_vertices {
+            out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
+        }
     }
     return out;
 }

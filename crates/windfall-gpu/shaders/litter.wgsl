@@ -18,10 +18,11 @@ fn lying(in: LitterVertex) -> Varyings {
     let q = normalize(in.orientation);
     let scale = in.place_scale.w * vanishing(in.times.y);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * scale;
-    var out = loose_varyings(world, turn_by(q, in.normal.xyz), in.uv, in.color_ambient, in.look);
-    out.color *= withering(fall.time - in.times.x);
+    // As loose leaves have it: the root of half the colour.
+    var color = in.color_ambient.rgb * sqrt(withering(fall.time - in.times.x));
     if fall.show == SHOW_LAPS {
-        out.color = LANDED_COLOR;
+        color = sqrt(0.5 * LANDED_COLOR);
     }
-    return out;
+    let normal = turn_by(q, in.normal.xyz);
+    return loose_varyings(world, in.place_scale.xyz, normal, in.uv, vec4(color, in.color_ambient.w), in.look);
 }

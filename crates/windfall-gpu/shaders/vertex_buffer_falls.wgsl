@@ -3,7 +3,8 @@
 
 struct Patch {
     @builtin(position) clip: vec4<f32>,
-    // First texel of the patch, vertices of a leaf, first leaf, where the shape is in the tables.
+    // First texel of the patch, vertices of a leaf, first leaf, where the shape is in the tables: twice that,
+    // and 1 if leaves are lit once.
     @location(0) @interpolate(flat) record: vec4<u32>,
 }
 
@@ -15,7 +16,8 @@ fn cover(@builtin(vertex_index) index: u32, @location(0) record: vec4<u32>) -> P
 struct VertexTexel {
     // Place, normal in octahedral coordinates.
     @location(0) place: vec4<u32>,
-    // Colour, look, texture coordinates, place of the leaf in the list.
+    // Colour, look, texture coordinates or what leaves that are lit once have for them, place of the leaf in
+    // the list.
     @location(1) rest: vec4<u32>,
 }
 
@@ -25,14 +27,16 @@ fn pose(in: Patch) -> VertexTexel {
     let i = pixel.y * 2048u + pixel.x - in.record.x;
     let place = in.record.z + i / in.record.y;
     let leaf = leaf_of_texels(place);
-    let corner = in.record.w + 2u * (i % in.record.y);
+    let corner = (in.record.w >> 1u) + 2u * (i % in.record.y);
     let position_u = bitcast<vec4<f32>>(table(corner));
     let normal_v = bitcast<vec4<f32>>(table(corner + 1u));
     let q = normalize(vec4(unpack2x16snorm(leaf.orientation_xy), unpack2x16snorm(leaf.orientation_zw)));
     let world = leaf.position + quat_rotate(q, position_u.xyz) * leaf.scale;
     let normal = octahedral(quat_rotate(q, normal_v.xyz));
+    let uv = pack2x16float(vec2(position_u.w, normal_v.w));
+    let to_middle = pack_middle(leaf.position - world, length(normal_v.xyz));
     return VertexTexel(
         vec4(bitcast<vec3<u32>>(world), pack2x16snorm(normal)),
-        vec4(leaf.color, leaf.look, pack2x16float(vec2(position_u.w, normal_v.w)), place),
+        vec4(leaf.color, leaf.look, select(uv, to_middle, (in.record.w & 1u) == 1u), place),
     );
 }

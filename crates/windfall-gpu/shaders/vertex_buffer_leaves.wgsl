@@ -5,7 +5,8 @@ struct PlacedVertex {
     @location(1) normal: vec2<f32>,
     @location(2) color: vec4<f32>,
     @location(3) look: u32,
-    @location(4) uv: vec2<f32>,
+    // As vertex_buffer_falls.wgsl has packed it.
+    @location(4) uv: u32,
 }
 
 @vertex
@@ -14,5 +15,10 @@ fn placed(in: PlacedVertex) -> Varyings {
 }
 
 fn placed_vertex(in: PlacedVertex) -> Varyings {
-    return loose_varyings(in.world, from_octahedral(in.normal), in.uv, in.color, in.look);
+    let normal = from_octahedral(in.normal);
+    if lit_at_vertices {
+        let way = unpack_middle(in.uv);
+        return loose_varyings(in.world, in.world + way.xyz, normal * way.w, vec2(0.0), in.color, in.look);
+    }
+    return loose_varyings(in.world, in.world, normal, unpack2x16float(in.uv), in.color, in.look);
 }

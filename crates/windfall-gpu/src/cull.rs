@@ -519,44 +519,15 @@ mod tests {
         assert_eq!(wood_parts(&[(0, (0, 0))]), []);
     }
 
-    fn read<T: bytemuck::Pod>(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        buffer: &wgpu::Buffer,
-    ) -> Vec<T> {
-        let copy = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: buffer.size(),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
-        queue.submit([encoder.finish()]);
-        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        bytemuck::cast_slice(&copy.slice(..).get_mapped_range()).to_vec()
-    }
-
     /// Every way of simplifying and culling, from the middle of a forest.
     #[test]
     fn the_gpu_makes_the_lists_of_the_cpu() {
         let (device, queue) = windfall_testing::device();
         let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
         let profiler = GpuProfiler::new(&device, settings).unwrap();
-        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-        let renderer = Renderer::new(&device, format);
+        let picture = windfall_testing::picture(&device, (64, 48));
+        let renderer = Renderer::new(&device, picture.format());
         let canvas = renderer.canvas(&device, 64, 48);
-        let picture = device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: 64, height: 48, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
         let trees: Vec<Tree> =
             [Species::Birch, Species::Oak].iter().map(|s| s.grow_with(1, 300)).collect();
         let placement = Placement {
@@ -596,8 +567,10 @@ mod tests {
                 let target = Target { canvas: &canvas, picture: &picture };
                 renderer.render(&queue, &mut encoder, &profiler, &forest, &view, target);
                 queue.submit([encoder.finish()]);
-                let on_gpu: Vec<TreeInstance> = read(&device, &queue, &forest.lists.placed);
-                let words: Vec<u32> = read(&device, &queue, &forest.lists.arguments);
+                let read = |buffer| windfall_testing::read(&device, &queue, buffer);
+                let on_gpu: Vec<TreeInstance> =
+                    bytemuck::pod_collect_to_vec(&read(&forest.lists.placed));
+                let words: Vec<u32> = bytemuck::pod_collect_to_vec(&read(&forest.lists.arguments));
 
                 let clip_from_world = camera.clip_from_world(64.0 / 48.0);
                 let list = TreeList::new(clip_from_world, &view, 48, &detail, culling);

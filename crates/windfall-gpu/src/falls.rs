@@ -149,21 +149,15 @@ impl ShapeVertex {
     }
 }
 
-/// One draw: the loose leaves of one shape of one model.
-pub(crate) struct Bin {
-    pub model: usize,
-    pub vertices: wgpu::Buffer,
-    pub indices: wgpu::Buffer,
-    /// The same of the shape in two triangles, for leaves of a few pixels.
-    pub small: Option<(wgpu::Buffer, wgpu::Buffer)>,
-    /// First of its slots, and how many.
-    pub first: u32,
-    pub count: u32,
+/// The vertices and indices of a leaf shape.
+pub(crate) struct ShapeBuffers {
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    pub index_count: u32,
 }
 
-impl Bin {
-    pub fn new(device: &wgpu::Device, trees: &[Tree], bin: &PlannedBin) -> Self {
-        let shape = &trees[bin.model].foliage.shapes[bin.shape];
+impl ShapeBuffers {
+    pub fn new(device: &wgpu::Device, shape: &LeafShape) -> Self {
         let init = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("leaf shape"),
@@ -171,19 +165,38 @@ impl Bin {
                 usage,
             })
         };
-        let buffers = |shape: &LeafShape| {
-            let vertices: Vec<ShapeVertex> =
-                (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
-            let indices = bytemuck::cast_slice(&shape.indices);
-            let vertices = init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX);
-            (vertices, init(indices, wgpu::BufferUsages::INDEX))
-        };
-        let (vertices, indices) = buffers(shape);
+        let vertices: Vec<ShapeVertex> =
+            (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
+        Self {
+            vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
+            indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
+            index_count: shape.indices.len() as u32,
+        }
+    }
+
+    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+}
+
+/// One draw: the loose leaves of one shape of one model.
+pub(crate) struct Bin {
+    pub model: usize,
+    pub shape: ShapeBuffers,
+    /// The shape in two triangles, for leaves of a few pixels.
+    pub small: Option<ShapeBuffers>,
+    /// First of its slots, and how many.
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Bin {
+    pub fn new(device: &wgpu::Device, trees: &[Tree], bin: &PlannedBin) -> Self {
         Self {
             model: bin.model,
-            vertices,
-            indices,
-            small: bin.simple.as_ref().map(buffers),
+            shape: ShapeBuffers::new(device, &trees[bin.model].foliage.shapes[bin.shape]),
+            small: bin.simple.as_ref().map(|shape| ShapeBuffers::new(device, shape)),
             first: bin.first,
             count: bin.count,
         }
@@ -598,7 +611,7 @@ impl Plan {
 
     /// Takes the models' shapes of two triangles. There are none on devices where a draw cannot begin in the
     /// middle of a list, as those of small leaves do.
-    fn simplify(&mut self, models: &[GpuModel]) {
+    pub fn simplify(&mut self, models: &[GpuModel]) {
         for bin in &mut self.bins {
             let quads = models[bin.model].quads.as_ref();
             bin.simple = quads.map(|quads| quads.shapes[bin.shape].clone());

@@ -145,8 +145,10 @@ impl GpuForest {
         let list_uniform = Cull::uniform(device);
         let wind = falls.wind;
         let (shedding, gust_rate) = (falls.shedding, Shedding::gust_rate(&falls.wind));
-        let listed = (falls.strategy != Strategy::Compute)
-            .then(|| ListedFalls::new(device, queue, renderer, trees, &uniforms, forest, falls));
+        let listed = (falls.strategy != Strategy::Compute).then(|| {
+            let models = (&models[..], &uniforms[..]);
+            ListedFalls::new(device, queue, renderer, trees, models, forest, falls)
+        });
         let on_gpu = if listed.is_some() { &Falls::none() } else { falls };
         let falls = GpuFalls::new(
             (device, queue),

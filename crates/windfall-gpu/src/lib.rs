@@ -9,6 +9,7 @@ mod arena;
 mod capture;
 mod cull;
 mod events;
+mod eye;
 mod falls;
 mod forest;
 mod listed;

@@ -1,14 +1,16 @@
 //! What the strategies without compute hold on the GPU: the CPU's lists and what is posed of them.
 
 use crate::arena::{Arena, GRAIN, Region, Upload};
-use crate::falls::{Bin, Falls, LeafRecords, Plan, ShapeVertex, tables};
+use crate::falls::{Falls, LeafRecords, Plan, ShapeBuffers, ShapeVertex, tables};
+use crate::model::GpuModel;
 use crate::pass::{ListedOcclusion, ListedPasses};
 use crate::renderer::Renderer;
 use crate::roster::{Roster, Tally};
-use crate::shared::{FallFrame, FallingLeaf, Model};
+use crate::shared::{FallFrame, FallingLeaf, Model, TreeList};
 use crate::strategy::Strategy;
 use glam::UVec4;
 use wgpu::util::DeviceExt;
+use windfall_core::foliage::LeafShape;
 use windfall_core::forest::Forest;
 use windfall_core::tree::Tree;
 
@@ -28,16 +30,44 @@ pub(crate) const WORDS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 pub(crate) struct ListedFalls {
     pub strategy: Strategy,
     pub roster: Roster,
-    pub bins: Vec<Bin>,
-    pub index_counts: Vec<u32>,
+    /// For each region of the lists what its leaves are drawn with.
+    shapes: Vec<ListedShape>,
     pub uniform: wgpu::Buffer,
     pub tables_group: wgpu::BindGroup,
     pub posed: Posed,
     pub occlusion: Option<ListedOcclusion>,
-    /// For each bin the vertices of its shape, where the shape is in the tables, its indices.
-    shapes: Vec<(u32, u32, Vec<u32>)>,
     frame: FallFrame,
     device: wgpu::Device,
+}
+
+/// What the leaves of a region are drawn with.
+pub(crate) struct ListedShape {
+    pub model: usize,
+    /// Whether it is two triangles, for leaves that are lit once.
+    pub small: bool,
+    pub buffers: ShapeBuffers,
+    pub vertex_count: u32,
+    indices: Vec<u32>,
+    /// Where its vertices are in the tables.
+    table: u32,
+}
+
+impl ListedShape {
+    /// Of a shape; its vertices are added to the tables.
+    fn new(
+        device: &wgpu::Device,
+        model: usize,
+        shape: &LeafShape,
+        small: bool,
+        tables: &mut Vec<UVec4>,
+    ) -> Self {
+        let table = tables.len() as u32;
+        let vertex_count = shape.positions.len() as u32;
+        let vertices = (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i));
+        tables.extend(vertices.flat_map(|vertex| vertex.texels()));
+        let buffers = ShapeBuffers::new(device, shape);
+        Self { model, small, buffers, vertex_count, indices: shape.indices.clone(), table }
+    }
 }
 
 /// What a pose pass writes.
@@ -62,11 +92,11 @@ pub(crate) struct PosedVertices {
     textures: [wgpu::Texture; 2],
     pub targets: [wgpu::TextureView; 2],
     pub buffers: [wgpu::Buffer; 2],
-    /// For each bin what the pose pass must know of it (four words).
+    /// For each region what the pose pass must know of it (four words).
     pub patches: wgpu::Buffer,
-    /// First row of each bin.
+    /// First row of each region.
     rows: Vec<u32>,
-    /// For each bin the shape's indices, as often as there is room for leaves.
+    /// For each region the shape's indices, as often as there is room for leaves.
     pub indices: Vec<wgpu::Buffer>,
     counts: Vec<u32>,
 }
@@ -83,22 +113,21 @@ impl ListedFalls {
         queue: &wgpu::Queue,
         renderer: &Renderer,
         trees: &[Tree],
-        models: &[Model],
+        (gpu_models, models): (&[GpuModel], &[Model]),
         forest: &Forest,
         falls: &Falls,
     ) -> Self {
         let mut records = LeafRecords::new(trees);
-        let plan = Plan::new(trees, &mut records, forest, falls);
+        let mut plan = Plan::new(trees, &mut records, forest, falls);
+        plan.simplify(gpu_models);
         let (mut table, frame) = tables(falls, forest, models);
         let mut shapes = Vec::new();
-        let mut bins = Vec::new();
         for bin in &plan.bins {
             let shape = &trees[bin.model].foliage.shapes[bin.shape];
-            let vertices: Vec<ShapeVertex> =
-                (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
-            shapes.push((vertices.len() as u32, table.len() as u32, shape.indices.clone()));
-            table.extend(vertices.iter().flat_map(ShapeVertex::texels));
-            bins.push(Bin::new(device, trees, bin));
+            let small = bin.simple.as_ref().unwrap_or(shape);
+            for (shape, small) in [(shape, false), (small, true)] {
+                shapes.push(ListedShape::new(device, bin.model, shape, small, &mut table));
+            }
         }
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("fall"),
@@ -108,20 +137,17 @@ impl ListedFalls {
         });
         let passes = &renderer.listed;
         let tables_group = passes.tables_group(device, &uniform, &table_view(device, queue, table));
-        let index_counts = shapes.iter().map(|s| s.2.len() as u32).collect();
         let roster = Roster::new(device, plan, records, models, forest, falls);
         let mut out = Self {
             strategy: falls.strategy,
             roster,
-            bins,
-            index_counts,
+            shapes,
             uniform,
             tables_group,
             posed: Posed::Nothing,
             occlusion: falls
                 .leaf_occlusion
                 .then(|| passes.occlusion(device, renderer, falls.strategy, 1)),
-            shapes,
             frame,
             device: device.clone(),
         };
@@ -129,15 +155,16 @@ impl ListedFalls {
         out
     }
 
-    /// Brings lists, buffers and textures to a moment.
+    /// Brings lists, buffers and textures to a moment; `list` is how the view simplifies trees.
     pub fn update(
         &mut self,
         queue: &wgpu::Queue,
         encoder: &mut wgpu::CommandEncoder,
         passes: &ListedPasses,
         view: &crate::View,
+        list: &TreeList,
     ) -> Tally {
-        self.roster.update(view.time, view.season);
+        self.roster.update(view.time, view.season, list);
         let frame = FallFrame { time: view.time, show: view.show as u32, ..self.frame };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
         self.roster.litter.upload(&self.device, queue, |_| {});
@@ -190,12 +217,14 @@ impl ListedFalls {
                 let mut height = 0;
                 let mut patches: Vec<[u32; 4]> = Vec::new();
                 let mut indices = Vec::new();
-                for (region, (vertices, table, shape)) in falling.regions.iter().zip(&self.shapes) {
+                for (region, shape) in falling.regions.iter().zip(&self.shapes) {
+                    let vertices = shape.vertex_count;
                     rows.push(height);
-                    patches.push([height * VERTEX_WIDTH, *vertices, region.first, *table]);
+                    let table = shape.table << 1 | u32::from(shape.small);
+                    patches.push([height * VERTEX_WIDTH, vertices, region.first, table]);
                     height += (region.capacity * vertices).div_ceil(VERTEX_WIDTH);
                     let all: Vec<u32> = (0..region.capacity)
-                        .flat_map(|leaf| shape.iter().map(move |i| leaf * vertices + i))
+                        .flat_map(|leaf| shape.indices.iter().map(move |i| leaf * vertices + i))
                         .collect();
                     indices.push(init(device, &all, wgpu::BufferUsages::INDEX));
                 }
@@ -221,26 +250,24 @@ impl ListedFalls {
                     patches: init(device, &patches.concat(), wgpu::BufferUsages::VERTEX),
                     rows,
                     indices,
-                    counts: self.shapes.iter().map(|s| s.0).collect(),
+                    counts: self.shapes.iter().map(|s| s.vertex_count).collect(),
                 })
             }
         };
     }
 
-    /// Draws of a list: bin, range of its buffer, indices of the shape.
+    /// Draws of a list: region, what its leaves are drawn with, their places in the list.
     pub fn draws<'a, T>(
         &'a self,
         arena: &'a Arena<T>,
-    ) -> impl Iterator<Item = (&'a Bin, std::ops::Range<u32>, u32)> + 'a
+    ) -> impl Iterator<Item = (usize, &'a ListedShape, std::ops::Range<u32>)> + 'a
     where
         T: bytemuck::Pod,
     {
-        self.bins
-            .iter()
-            .zip(&arena.regions)
-            .zip(&self.index_counts)
-            .filter(|((_, region), _)| !region.items.is_empty())
-            .map(|((bin, region), &indices)| (bin, region.range(), indices))
+        let regions = self.shapes.iter().zip(&arena.regions).enumerate();
+        regions
+            .filter(|(_, (_, region))| !region.items.is_empty())
+            .map(|(i, (shape, region))| (i, shape, region.range()))
     }
 }
 
@@ -288,19 +315,19 @@ pub(crate) fn leaf_rows(list: &Arena<FallingLeaf>) -> impl Iterator<Item = (u32,
 }
 
 impl PosedVertices {
-    /// For each bin with leaves: its index, first row and rows in use.
+    /// For each region with leaves: its index, first row and rows in use.
     pub fn rows<'a>(
         &'a self,
         list: &'a Arena<FallingLeaf>,
     ) -> impl Iterator<Item = (u32, u32, u32)> + 'a {
-        let used = |region: &Region<FallingLeaf>, bin: usize| {
-            (region.items.len() as u32 * self.counts[bin]).div_ceil(VERTEX_WIDTH)
+        let used = |region: &Region<FallingLeaf>, i: usize| {
+            (region.items.len() as u32 * self.counts[i]).div_ceil(VERTEX_WIDTH)
         };
         list.regions
             .iter()
             .enumerate()
             .filter(|(_, region)| !region.items.is_empty())
-            .map(move |(bin, region)| (bin as u32, self.rows[bin], used(region, bin)))
+            .map(move |(i, region)| (i as u32, self.rows[i], used(region, i)))
     }
 
     /// Copies what was posed to the vertex buffers.
@@ -327,9 +354,9 @@ impl PosedVertices {
         }
     }
 
-    /// Where a bin's vertices begin in the buffers, bytes.
-    pub fn offset(&self, bin: usize) -> u64 {
-        u64::from(self.rows[bin]) * u64::from(VERTEX_WIDTH) * TEXEL
+    /// Where a region's vertices begin in the buffers, bytes.
+    pub fn offset(&self, region: usize) -> u64 {
+        u64::from(self.rows[region]) * u64::from(VERTEX_WIDTH) * TEXEL
     }
 }
 

@@ -474,7 +474,7 @@ impl Renderer {
         let mut listed =
             forest.listed.as_ref().map(|l| l.lock().unwrap_or_else(PoisonError::into_inner));
         if let Some(listed) = &mut listed {
-            let tally = listed.update(queue, encoder, &self.listed, view);
+            let tally = listed.update(queue, encoder, &self.listed, view, &lists[0]);
             stats.leaves_falling = tally.falling;
             stats.leaves_landed = tally.landed;
             stats.leaves_eliminated = tally.eliminated;

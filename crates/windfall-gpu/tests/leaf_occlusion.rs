@@ -13,7 +13,7 @@ use windfall_gpu::{
     Camera, Canvas, Capture, CountLeaves, Elimination, Falls, FrameStats, GpuForest, LeafCounts,
     Quality, Renderer, Show, Strategy, Target, View, wgpu, wgpu_profiler,
 };
-use windfall_testing::device;
+use windfall_testing::{device, picture};
 
 const SIZE: (u32, u32) = (640, 360);
 const LEAVES: u32 = 240;
@@ -37,16 +37,7 @@ impl Studio {
     fn open() -> Self {
         let (device, queue) = device();
         let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("picture"),
-            size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba8UnormSrgb,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let texture = picture(&device, SIZE);
         let renderer = Renderer::new(&device, texture.format());
         Self {
             profiler: GpuProfiler::new(&device, settings).unwrap(),

@@ -17,7 +17,7 @@ use windfall_gpu::{
     Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Falls, GpuForest, Quality,
     Renderer, Target, TreeCounts, View, wgpu, wgpu_profiler,
 };
-use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
+use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
 
 const SIZE: (u32, u32) = (160, 90);
 
@@ -33,16 +33,7 @@ struct Studio {
 static STUDIO: LazyLock<Studio> = LazyLock::new(|| {
     let (device, queue) = device();
     let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("picture"),
-        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let texture = picture(&device, SIZE);
     Studio {
         profiler: GpuProfiler::new(&device, settings).unwrap(),
         renderer: Renderer::new(&device, texture.format()),
@@ -250,25 +241,31 @@ fn a_tree_in_full_looks_the_same_in_each_prune_order() {
     }
 }
 
-/// In a storm, all leaves of a tree let go at once: a moment later each is where it hung, as it hung.
+/// In a storm, all leaves of a tree let go at once: a moment later each is where it hung, as it hung;
+/// small in the picture, and ever larger.
 #[test]
 fn leaves_let_go_as_the_wind_holds_them() {
     let (trees, forest) = lone(Species::Maple.grow_with(1, 700));
     let leaves = trees[0].foliage.leaves.len() as u32;
     let mut falls = Falls { wind: Wind::new(8.0, 0.4, 0.8, 3), capacity: 2000, ..Falls::none() };
     falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
-    let at = View { time: 7.25, ..view([2.0, 2.0, 12.0], [0.0, 6.0, 0.0]) };
-    let thrown = |time| {
-        let event = |leaf| DetachEvent { instance: 0, leaf, time };
-        let falls = Falls { events: (0..leaves).map(event).collect(), ..falls.clone() };
-        paint(&upload(&trees, &forest, &falls), &at)
-    };
-    let [hanging, loose, gone] = [7.2501, 7.2499, 4.0].map(thrown);
     let apart = |a: &[u8], b: &[u8]| {
         a.iter().zip(b).map(|(a, b)| f32::from(a.abs_diff(*b))).sum::<f32>() / a.len() as f32
     };
-    let (pop, fall) = (apart(&hanging, &loose), apart(&hanging, &gone));
-    assert!(fall > 4.0 && pop < 0.1 * fall, "{pop} when they let go, {fall} when they have fallen");
+    // Leaves of about 2, 8, 15 and 40 pixels.
+    for fov_y in [0.8, 0.2, 0.1, 0.04] {
+        let mut at = View { time: 7.25, ..view([2.0, 2.0, 12.0], [0.0, 6.0, 0.0]) };
+        at.camera.fov_y = fov_y;
+        let thrown = |time| {
+            let event = |leaf| DetachEvent { instance: 0, leaf, time };
+            let falls = Falls { events: (0..leaves).map(event).collect(), ..falls.clone() };
+            paint(&upload(&trees, &forest, &falls), &at)
+        };
+        let [hanging, loose, gone] = [7.2501, 7.2499, 4.0].map(thrown);
+        let (pop, fall) = (apart(&hanging, &loose), apart(&hanging, &gone));
+        println!("{fov_y}: {pop} when they let go, {fall} when they have fallen");
+        assert!(fall > 4.0 && pop < 0.1 * fall, "{fov_y}: {pop} of {fall}");
+    }
 }
 
 /// A board of wood, 60 m wide and 40 m high, that faces +Z.

@@ -10,7 +10,6 @@ use windfall_gpu::{
 use windfall_scenes::{Scene, Source, Stage, TreeEntry, named};
 
 const SIZE: (u32, u32) = (256, 144);
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// Largest mean FLIP error of two pictures that are the same.
 const SAME: f32 = 0.005;
 
@@ -23,21 +22,11 @@ struct Gpu {
 
 impl Gpu {
     fn open() -> Self {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY),
-            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
-        });
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))
-            .expect("the test needs a graphics adapter, a software one will do");
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            required_limits: adapter.limits(),
-            ..Default::default()
-        }))
-        .unwrap();
+        let (device, queue) = windfall_testing::device();
         let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
         Self {
             profiler: GpuProfiler::new(&device, settings).unwrap(),
-            renderer: Renderer::new(&device, FORMAT),
+            renderer: Renderer::new(&device, wgpu::TextureFormat::Rgba8UnormSrgb),
             device,
             queue,
         }
@@ -56,19 +45,9 @@ impl Gpu {
     }
 
     fn paint(&self, forest: &GpuForest, view: &View) -> Picture {
-        let (width, height) = SIZE;
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let texture = windfall_testing::picture(&self.device, SIZE);
         let picture = texture.create_view(&Default::default());
-        let canvas = self.renderer.canvas(&self.device, width, height);
+        let canvas = self.renderer.canvas(&self.device, SIZE.0, SIZE.1);
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let target = Target { canvas: &canvas, picture: &picture };
         let stats =
@@ -229,9 +208,12 @@ fn elimination_and_what_was_drawn_before_make_no_difference() {
     assert_eq!(direct.eliminated, 0);
     for elimination in Elimination::ALL {
         let forest = gpu.forest(&stage, Strategy::Vertex, elimination);
-        // Forwards, back, and forwards again.
-        for time in [0.0, 0.1, 9.0, 5.0, 5.5, 5.53] {
-            gpu.paint(&forest, &view(time));
+        // Forwards, back, and forwards again, with leaves that are small and large in the view.
+        let seen = [(0.0, 16.0), (0.1, 60.0), (9.0, 3.0), (5.0, 16.0), (5.5, 1.0), (5.53, 40.0)];
+        for (time, away) in seen {
+            let mut scene = scene.clone();
+            scene.camera[0].eye.2 = away;
+            gpu.paint(&forest, &scene.view(time, &stage.forest.terrain));
         }
         let picture = gpu.paint(&forest, &view(6.0));
         assert_eq!(picture.falling, direct.falling, "{elimination}");

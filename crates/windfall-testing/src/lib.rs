@@ -35,3 +35,37 @@ pub fn device() -> (wgpu::Device, wgpu::Queue) {
     }))
     .expect("the adapter gives a device")
 }
+
+/// An empty picture of so many pixels, in sRGB, to draw on and to copy from.
+pub fn picture(device: &wgpu::Device, (width, height): (u32, u32)) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+/// The bytes of a buffer with [`wgpu::BufferUsages::COPY_SRC`], after all that was submitted.
+///
+/// # Panics
+///
+/// If the device is lost.
+pub fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u8> {
+    let copy = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("copy"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    queue.submit([encoder.finish()]);
+    copy.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("the copy is mapped"));
+    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is there");
+    copy.slice(..).get_mapped_range().to_vec()
+}

@@ -301,15 +301,17 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
         "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
     );
-    // Leaves that have left their twigs are spared there: the trees alone, as bare as they are.
-    let bare = Falls { capacity: 0, ..stage.falls.clone() };
     let mut rows = Vec::new();
     // One strategy after the other, each beside the trees alone: the more pipelines are in use at a
     // time, the more of them a driver may drop and make again in each frame.
     for &strategy in &args.strategies {
+        // The trees alone, as bare as they are, and in full; drawn as this strategy draws trees: those
+        // without compute list them on the CPU, and light each vertex of a hanging leaf.
+        let bare = Falls { capacity: 0, strategy, ..stage.falls.clone() };
+        let full = Falls { strategy, ..Falls::none() };
         let mut kinds: Vec<(String, GpuForest)> = vec![
             ("none moving, none loose".to_owned(), easel.forest(gpu, &stage, &bare)),
-            ("none moving, in full".to_owned(), easel.forest(gpu, &stage, &Falls::none())),
+            ("none moving, in full".to_owned(), easel.forest(gpu, &stage, &full)),
         ];
         for (elimination, leaf_occlusion) in kinds_of(strategy, gpu.fragment_stores) {
             let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
@@ -322,8 +324,13 @@ fn strategies(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Vec<S
         }
         let mut frames: Vec<Vec<_>> = kinds.iter().map(|_| Vec::new()).collect();
         for frame in 0..WARM_UP + args.frames {
-            let view = walk(&stage, args.seconds(frame));
+            let seconds = args.seconds(frame);
+            let view = walk(&stage, seconds);
             for (kind, measured) in kinds.iter().zip(&mut frames) {
+                if args.stride > 1 {
+                    // As much has changed since as from one frame of the walk to the next.
+                    easel.frame(gpu, &kind.1, &walk(&stage, seconds - 1.0 / 30.0))?;
+                }
                 let result = easel.frame(gpu, &kind.1, &view)?;
                 if frame >= WARM_UP {
                     measured.push(result);

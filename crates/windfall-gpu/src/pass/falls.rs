@@ -206,11 +206,10 @@ fn draw_small(
     let falls = &forest.falls;
     pass.set_pipeline(pipeline);
     for (i, bin) in falls.bins.iter().enumerate() {
-        let Some((vertices, indices)) = &bin.small else { continue };
+        let Some(shape) = &bin.small else { continue };
         pass.set_bind_group(1, &forest.models[bin.model].leaves.bind_group, &[]);
-        pass.set_vertex_buffer(0, vertices.slice(..));
+        shape.set(pass);
         pass.set_vertex_buffer(1, falls.leaves_of(List::Plain, bin));
-        pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed_indirect(&falls.counters, falls.small_arguments(i));
     }
 }
@@ -227,8 +226,7 @@ pub(super) fn draw_lists(
         let part = &forest.models[bin.model].leaves;
         pass.set_pipeline(if part.masked { masked } else { solid });
         pass.set_bind_group(1, &part.bind_group, &[]);
-        pass.set_vertex_buffer(0, bin.vertices.slice(..));
-        pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
+        bin.shape.set(pass);
         for &list in lists {
             pass.set_vertex_buffer(1, falls.leaves_of(list, bin));
             if list == List::Tested {
@@ -254,35 +252,6 @@ mod tests {
     use windfall_core::tree::Tree;
     use windfall_core::tree::species::Species;
     use windfall_core::wind::Wind;
-
-    fn device() -> (wgpu::Device, wgpu::Queue) {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: wgpu::Backends::PRIMARY,
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
-        let adapter = pollster::block_on(instance.request_adapter(&Default::default()))
-            .expect("GPU tests need an adapter; a software one will do");
-        pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            required_limits: adapter.limits(),
-            ..Default::default()
-        }))
-        .unwrap()
-    }
-
-    fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Vec<u8> {
-        let copy = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: buffer.size(),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
-        queue.submit([encoder.finish()]);
-        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        copy.slice(..).get_mapped_range().to_vec()
-    }
 
     struct Scene {
         trees: Vec<Tree>,
@@ -321,7 +290,7 @@ mod tests {
 
     impl Gpu {
         fn new(scene: &Scene) -> Self {
-            let (device, queue) = device();
+            let (device, queue) = windfall_testing::device();
             let renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8UnormSrgb);
             let forest = GpuForest::with_falls(
                 &device,
@@ -342,16 +311,7 @@ mod tests {
         fn leaves_of(&self, time: f32, season: f32) -> (Vec<LooseLeaf>, [u32; 5]) {
             let Self { device, queue, renderer, forest } = self;
             let canvas = renderer.canvas(device, 8, 8);
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: None,
-                size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba8UnormSrgb,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
+            let texture = windfall_testing::picture(device, (8, 8));
             let picture = texture.create_view(&Default::default());
             let camera = Camera {
                 eye: Vec3::new(0.0, 1000.0, 3000.0),
@@ -372,9 +332,9 @@ mod tests {
             let target = Target { canvas: &canvas, picture: &picture };
             renderer.render(queue, &mut encoder, &profiler, forest, &view, target);
             queue.submit([encoder.finish()]);
-            let counters = read(device, queue, &forest.falls.counters);
+            let counters = windfall_testing::read(device, queue, &forest.falls.counters);
             let counters: &[u32] = bytemuck::cast_slice(&counters);
-            let drawn = read(device, queue, &forest.falls.drawn);
+            let drawn = windfall_testing::read(device, queue, &forest.falls.drawn);
             let drawn: &[LooseLeaf] = bytemuck::cast_slice(&drawn);
             let mut leaves = Vec::new();
             let bins = forest.falls.bins.len();

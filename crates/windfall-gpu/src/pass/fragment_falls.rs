@@ -1,7 +1,9 @@
 //! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
 
 use super::Shaders;
-use super::listed::{Layouts, Pair, Pairs, Placing, SHAPE, pose_pass, pose_pipeline, set_shape};
+use super::listed::{
+    Layouts, PictureAndShadow, Pipelines, Placing, SHAPE, pose_pass, pose_pipeline,
+};
 use crate::arena::GRAIN;
 use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
 use crate::model::GpuModel;
@@ -9,7 +11,7 @@ use wgpu_profiler::Scope;
 
 pub(crate) struct FragmentFalls {
     pose: wgpu::RenderPipeline,
-    pub(super) pipelines: Pairs,
+    pub(super) pipelines: PictureAndShadow,
 }
 
 impl FragmentFalls {
@@ -21,7 +23,7 @@ impl FragmentFalls {
         let pose = include_str!("../../shaders/fragment_falls.wgsl");
         Self {
             pose: pose_pipeline(shaders, layouts, "fragment falls", pose, &[], [PLACE, WORDS]),
-            pipelines: Pairs::new(shaders, &Self::placing(part_layout, layouts)),
+            pipelines: PictureAndShadow::new(shaders, &Self::placing(part_layout, layouts)),
         }
     }
 
@@ -61,13 +63,13 @@ impl FragmentFalls {
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedLeaves,
-        pipelines: &Pair,
+        pipelines: &Pipelines,
     ) {
         pass.set_bind_group(2, &posed.draw_group, &[]);
-        for (bin, leaves, indices) in falls.draws(&falls.roster.falling) {
-            pipelines.set(pass, models, bin);
-            set_shape(pass, bin);
-            pass.draw_indexed(0..indices, 0, leaves);
+        for (_, shape, leaves) in falls.draws(&falls.roster.falling) {
+            pipelines.set(pass, models, shape);
+            shape.buffers.set(pass);
+            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
         }
     }
 }

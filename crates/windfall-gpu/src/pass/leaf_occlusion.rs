@@ -8,7 +8,7 @@
 use super::draw::{Draw, DrawTarget};
 use super::falls::{Falls, LEAF, draw_lists, kernel};
 use super::fragment_falls::FragmentFalls;
-use super::listed::{ListedPasses, Pair, Placing, draw_falling};
+use super::listed::{ListedPasses, Pipelines, Placing, draw_falling};
 use super::vertex_buffer_falls::VertexBufferFalls;
 use super::vertex_falls::VertexFalls;
 use super::{Shaders, compose};
@@ -31,8 +31,8 @@ const DOINGS: wgpu::TextureFormat = wgpu::TextureFormat::R8Uint;
 
 /// What counts pixels, and what shows skipped leaves in the view of occlusion.
 pub(crate) struct Counter {
-    count: Pair,
-    skipped: Pair,
+    count: Pipelines,
+    skipped: Pipelines,
     layout: wgpu::BindGroupLayout,
     /// For the group that a strategy does not use.
     nothing: Option<wgpu::BindGroup>,
@@ -54,7 +54,7 @@ pub(crate) struct GpuOcclusion {
 pub(crate) struct ListedOcclusion {
     watch: wgpu::RenderPipeline,
     watch_layout: wgpu::BindGroupLayout,
-    shown: Pair,
+    shown: Pipelines,
     shown_layout: wgpu::BindGroupLayout,
     counter: Counter,
     room: Room,
@@ -203,20 +203,23 @@ impl Falls {
                 constants: &[],
             })
         };
+        // Watched leaves are not drawn in two triangles.
+        let pipelines = |vertex, [solid, masked]: [&'static str; 2], target| {
+            let solid = pipeline(vertex, solid, target);
+            Pipelines { small: solid.clone(), solid, masked: pipeline(vertex, masked, target) }
+        };
         let kernel = |label| kernel(shaders, &self.layout, label, true);
         GpuOcclusion {
             land: kernel("land"),
             pose: kernel("pose"),
             change: kernel("change"),
             counter: Counter {
-                count: Pair {
-                    solid: pipeline("loose_counted", "count_solid", DrawTarget::Stores),
-                    masked: pipeline("loose_counted", "count_masked", DrawTarget::Stores),
-                },
-                skipped: Pair {
-                    solid: pipeline("loose", "solid", DrawTarget::Front),
-                    masked: pipeline("loose", "masked", DrawTarget::Front),
-                },
+                count: pipelines(
+                    "loose_counted",
+                    ["count_solid", "count_masked"],
+                    DrawTarget::Stores,
+                ),
+                skipped: pipelines("loose", ["solid", "masked"], DrawTarget::Front),
                 nothing: Some(group(device, &nothing, &[])),
                 layout: count,
                 group: Mutex::default(),
@@ -287,7 +290,7 @@ impl ListedPasses {
         let watched = with("watched", &shown_layout);
         let colors = [Some("solid"), Some("masked")];
         let pair = |target, skipped| {
-            watched.pair(shaders, colors, target, &[("skipped", f64::from(u8::from(skipped)))])
+            watched.pipelines(shaders, colors, target, &[("skipped", f64::from(u8::from(skipped)))])
         };
         let counts = [Some("count_solid"), Some("count_masked")];
         let watch_layout = layout(device, "sights", &[words(0)]);
@@ -296,7 +299,7 @@ impl ListedPasses {
             shown: pair(DrawTarget::Radiance, false),
             room: Room::new(device, &watch_layout, &shown_layout, rows),
             counter: Counter {
-                count: with("tested", &count).pair(shaders, counts, DrawTarget::Stores, &[]),
+                count: with("tested", &count).pipelines(shaders, counts, DrawTarget::Stores, &[]),
                 skipped: pair(DrawTarget::Front, true),
                 nothing: (placing.groups.len() < 2).then(|| group(device, &nothing, &[])),
                 layout: count,
@@ -443,7 +446,7 @@ impl ListedOcclusion {
     }
 
     /// Sets what the leaves that are not skipped are drawn with, and returns the pipelines.
-    pub fn set_shown(&self, pass: &mut wgpu::RenderPass<'_>) -> &Pair {
+    pub fn set_shown(&self, pass: &mut wgpu::RenderPass<'_>) -> &Pipelines {
         pass.set_bind_group(3, &self.room.shown_group, &[]);
         self.counter.set_nothing(pass);
         &self.shown

@@ -6,8 +6,8 @@ use super::litter::Litter;
 use super::vertex_buffer_falls::VertexBufferFalls;
 use super::vertex_falls::VertexFalls;
 use super::{Shaders, compose};
-use crate::falls::{Bin, ShapeVertex};
-use crate::listed::{ListedFalls, Posed};
+use crate::falls::ShapeVertex;
+use crate::listed::{ListedFalls, ListedShape, Posed};
 use crate::model::GpuModel;
 use wgpu_profiler::Scope;
 
@@ -38,17 +38,22 @@ pub(super) struct Layouts {
     pub posed: wgpu::BindGroupLayout,
 }
 
-/// Pipelines for leaves without and with holes.
-pub(crate) struct Pair {
+/// Pipelines for leaves without and with holes, and for small ones.
+pub(crate) struct Pipelines {
     pub solid: wgpu::RenderPipeline,
     pub masked: wgpu::RenderPipeline,
+    pub small: wgpu::RenderPipeline,
 }
 
-impl Pair {
-    /// Sets the pipeline for a bin, and its model's bind group.
-    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>, models: &[GpuModel], bin: &Bin) {
-        let part = &models[bin.model].leaves;
-        pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });
+impl Pipelines {
+    /// Sets the pipeline for a region, and its model's bind group.
+    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>, models: &[GpuModel], shape: &ListedShape) {
+        let part = &models[shape.model].leaves;
+        pass.set_pipeline(match (shape.small, part.masked) {
+            (true, _) => &self.small,
+            (false, true) => &self.masked,
+            (false, false) => &self.solid,
+        });
         pass.set_bind_group(1, &part.bind_group, &[]);
     }
 }
@@ -66,16 +71,17 @@ pub(super) struct Placing<'a> {
 }
 
 impl Placing<'_> {
-    pub fn pair(
+    pub fn pipelines(
         &self,
         shaders: &Shaders<'_>,
         [solid, masked]: [Option<&str>; 2],
         target: DrawTarget,
         constants: &[(&str, f64)],
-    ) -> Pair {
+    ) -> Pipelines {
         let shared = if self.posing { POSE.join("\n") } else { String::new() };
         let source = [LEAVES, &shared, self.source].join("\n");
-        let pipeline = |fragment, alpha_to_coverage| {
+        let pipeline = |fragment, alpha_to_coverage, lit_once| {
+            let constants = [constants, &[("lit_at_vertices", lit_once)]].concat();
             shaders.pipeline(&Draw {
                 label: self.vertex,
                 source: &source,
@@ -86,44 +92,37 @@ impl Placing<'_> {
                 fragment,
                 alpha_to_coverage,
                 target,
-                constants,
+                constants: &constants,
             })
         };
-        let coverage = matches!(target, DrawTarget::Radiance | DrawTarget::Front);
-        Pair { solid: pipeline(solid, false), masked: pipeline(masked, coverage) }
-    }
-
-    /// Pipelines for the picture.
-    pub fn picture(&self, shaders: &Shaders<'_>) -> Pair {
-        self.pair(shaders, [Some("solid"), Some("masked")], DrawTarget::Radiance, &[])
-    }
-
-    /// Pipelines for shadow maps.
-    pub fn shadow(&self, shaders: &Shaders<'_>) -> Pair {
-        self.pair(shaders, [None, Some("masked_shadow")], DrawTarget::Shadow, &[])
+        let pictured = matches!(target, DrawTarget::Radiance | DrawTarget::Front);
+        let plain = pipeline(solid, false, 0.0);
+        Pipelines {
+            masked: pipeline(masked, pictured, 0.0),
+            small: if pictured { pipeline(solid, false, 1.0) } else { plain.clone() },
+            solid: plain,
+        }
     }
 }
 
 /// Pipelines for the picture and for shadow maps.
-pub(super) struct Pairs {
-    pub picture: Pair,
-    pub shadow: Pair,
+pub(super) struct PictureAndShadow {
+    picture: Pipelines,
+    shadow: Pipelines,
 }
 
-impl Pairs {
+impl PictureAndShadow {
     pub fn new(shaders: &Shaders<'_>, placing: &Placing<'_>) -> Self {
-        Self { picture: placing.picture(shaders), shadow: placing.shadow(shaders) }
+        let (colors, holes) = ([Some("solid"), Some("masked")], [None, Some("masked_shadow")]);
+        Self {
+            picture: placing.pipelines(shaders, colors, DrawTarget::Radiance, &[]),
+            shadow: placing.pipelines(shaders, holes, DrawTarget::Shadow, &[]),
+        }
     }
 
-    pub fn of(&self, into: DrawTarget) -> &Pair {
+    pub fn of(&self, into: DrawTarget) -> &Pipelines {
         if into == DrawTarget::Shadow { &self.shadow } else { &self.picture }
     }
-}
-
-/// Sets the buffers of a bin's shape.
-pub(super) fn set_shape(pass: &mut wgpu::RenderPass<'_>, bin: &Bin) {
-    pass.set_vertex_buffer(0, bin.vertices.slice(..));
-    pass.set_index_buffer(bin.indices.slice(..), wgpu::IndexFormat::Uint32);
 }
 
 pub(super) const SHAPE: wgpu::VertexBufferLayout<'static> = ShapeVertex::LAYOUT;
@@ -315,7 +314,7 @@ pub(super) fn draw_falling(
     pass: &mut wgpu::RenderPass<'_>,
     models: &[GpuModel],
     falls: &ListedFalls,
-    pipelines: &Pair,
+    pipelines: &Pipelines,
 ) {
     match &falls.posed {
         Posed::Nothing => VertexFalls::draw(pass, models, falls, pipelines),

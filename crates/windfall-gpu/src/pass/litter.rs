@@ -2,13 +2,13 @@
 
 use super::Shaders;
 use super::draw::DrawTarget;
-use super::listed::{Layouts, Pairs, Placing, SHAPE, set_shape};
+use super::listed::{Layouts, PictureAndShadow, Placing, SHAPE};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::shared::LitterLeaf;
 
 pub(crate) struct Litter {
-    pipelines: Pairs,
+    pipelines: PictureAndShadow,
 }
 
 impl Litter {
@@ -31,7 +31,7 @@ impl Litter {
             buffers: vec![SHAPE, leaf],
             posing: true,
         };
-        Self { pipelines: Pairs::new(shaders, &placing) }
+        Self { pipelines: PictureAndShadow::new(shaders, &placing) }
     }
 
     pub fn draw(
@@ -44,10 +44,10 @@ impl Litter {
         let list = &falls.roster.litter;
         pass.set_bind_group(2, &falls.tables_group, &[]);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
-        for (bin, leaves, indices) in falls.draws(list) {
-            self.pipelines.of(into).set(pass, models, bin);
-            set_shape(pass, bin);
-            pass.draw_indexed(0..indices, 0, leaves);
+        for (_, shape, leaves) in falls.draws(list) {
+            self.pipelines.of(into).set(pass, models, shape);
+            shape.buffers.set(pass);
+            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
         }
     }
 }

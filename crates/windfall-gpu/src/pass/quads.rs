@@ -312,7 +312,7 @@ impl Quads {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Camera, Falls, GpuForest, Renderer, Target, View};
+    use crate::{Camera, Capture, Falls, GpuForest, Renderer, Target, View};
     use glam::Vec3;
     use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
     use windfall_core::forest::{Placement, Terrain};
@@ -322,45 +322,6 @@ mod tests {
 
     const SIZE: (u32, u32) = (256, 144);
 
-    fn read(device: &wgpu::Device, queue: &wgpu::Queue, from: Source<'_>) -> Vec<u8> {
-        let size = match from {
-            Source::Buffer(buffer) => buffer.size(),
-            Source::Picture(_) => u64::from(SIZE.0 * SIZE.1) * 4,
-        };
-        let copy = device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size,
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        match from {
-            Source::Buffer(buffer) => encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size),
-            Source::Picture(texture) => encoder.copy_texture_to_buffer(
-                texture.as_image_copy(),
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &copy,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(SIZE.0 * 4),
-                        rows_per_image: None,
-                    },
-                },
-                texture.size(),
-            ),
-        }
-        queue.submit([encoder.finish()]);
-        copy.slice(..).map_async(wgpu::MapMode::Read, |r| r.unwrap());
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        copy.slice(..).get_mapped_range().to_vec()
-    }
-
-    #[derive(Clone, Copy)]
-    enum Source<'a> {
-        Buffer(&'a wgpu::Buffer),
-        Picture(&'a wgpu::Texture),
-    }
-
     /// Near trees, trees of small leaves and simplified ones: with quads, with room for some of them,
     /// and without.
     #[test]
@@ -368,8 +329,8 @@ mod tests {
         let (device, queue) = windfall_testing::device();
         let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
         let profiler = GpuProfiler::new(&device, settings).unwrap();
-        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-        let renderer = Renderer::new(&device, format);
+        let picture = windfall_testing::picture(&device, SIZE);
+        let renderer = Renderer::new(&device, picture.format());
         let canvas = renderer.canvas(&device, SIZE.0, SIZE.1);
         let trees: Vec<Tree> =
             [Species::Birch, Species::Maple].iter().map(|s| s.grow_with(1, 2000)).collect();
@@ -390,28 +351,21 @@ mod tests {
         let mut shots = Vec::new();
         for most in [1 << 20, 40_000, 0] {
             forest.quads = renderer.quads.hanging(&device, &forest, most);
-            let picture = device.create_texture(&wgpu::TextureDescriptor {
-                label: None,
-                size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
             let mut encoder = device.create_command_encoder(&Default::default());
             let target =
                 Target { canvas: &canvas, picture: &picture.create_view(&Default::default()) };
             renderer.render(&queue, &mut encoder, &profiler, &forest, &view, target);
+            let capture = Capture::encode(&device, &mut encoder, &picture);
             queue.submit([encoder.finish()]);
+            capture.map();
             let quads = forest.quads.as_ref().map_or(0, |quads| {
-                let words = read(&device, &queue, Source::Buffer(&quads.buffers.arguments));
+                let words = windfall_testing::read(&device, &queue, &quads.buffers.arguments);
                 let words: Vec<u32> = bytemuck::pod_collect_to_vec(&words);
                 let draws = words[..5 * quads.buffers.draws as usize].chunks(5);
                 draws.map(|draw| draw[0] / 6).sum::<u32>()
             });
-            shots.push((quads, read(&device, &queue, Source::Picture(&picture))));
+            device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+            shots.push((quads, capture.take().unwrap().unwrap()));
         }
         let [(all, with), (some, partly), (none, without)] = &shots[..] else { unreachable!() };
         assert!(*all > 20_000 && (1..=40_000).contains(some) && *none == 0, "{all} {some} {none}");

@@ -62,16 +62,12 @@ fn run(frame: &Frame, light: &SkyLight, more: &str, body: &str, inputs: &[[Vec4;
         usage: wgpu::BufferUsages::STORAGE,
     });
     let size = inputs.len() as u64 * 16;
-    let buffer = |usage| {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size,
-            usage,
-            mapped_at_creation: false,
-        })
-    };
-    let output = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-    let read = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+    let output = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
     let side = SkyTable::SIDE as u32;
     let table = sky_texture(&device, "sky table", side, side);
     light.write(&queue, &table);
@@ -119,12 +115,8 @@ fn run(frame: &Frame, light: &SkyLight, more: &str, body: &str, inputs: &[[Vec4;
         pass.set_bind_group(1, &groups[1], &[]);
         pass.dispatch_workgroups((inputs.len() as u32).div_ceil(64), 1, 1);
     }
-    encoder.copy_buffer_to_buffer(&output, 0, &read, 0, size);
     queue.submit([encoder.finish()]);
-    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    let bytes = read.slice(..).get_mapped_range();
-    bytemuck::cast_slice(&bytes).to_vec()
+    bytemuck::pod_collect_to_vec(&windfall_testing::read(&device, &queue, &output))
 }
 
 fn light() -> SkyLight {

@@ -1,14 +1,14 @@
 //! Strategy `vertex-buffer` (VB 6.2): a fragment finds where a vertex is; what it writes is drawn.
 
 use super::Shaders;
-use super::listed::{Layouts, Pair, Pairs, Placing, pose_pass, pose_pipeline};
+use super::listed::{Layouts, PictureAndShadow, Pipelines, Placing, pose_pass, pose_pipeline};
 use crate::listed::{ListedFalls, PosedVertices, WORDS};
 use crate::model::GpuModel;
 use wgpu_profiler::Scope;
 
 pub(crate) struct VertexBufferFalls {
     pose: wgpu::RenderPipeline,
-    pub(super) pipelines: Pairs,
+    pub(super) pipelines: PictureAndShadow,
 }
 
 impl VertexBufferFalls {
@@ -22,7 +22,10 @@ impl VertexBufferFalls {
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
         };
-        let pose = include_str!("../../shaders/vertex_buffer_falls.wgsl");
+        let pose = concat!(
+            include_str!("../../shaders/shared/placed.wgsl"),
+            include_str!("../../shaders/vertex_buffer_falls.wgsl")
+        );
         Self {
             pose: pose_pipeline(
                 shaders,
@@ -32,7 +35,7 @@ impl VertexBufferFalls {
                 &[patch],
                 [WORDS, WORDS],
             ),
-            pipelines: Pairs::new(shaders, &Self::placing(part_layout)),
+            pipelines: PictureAndShadow::new(shaders, &Self::placing(part_layout)),
         }
     }
 
@@ -46,11 +49,14 @@ impl VertexBufferFalls {
             array_stride: 16,
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &const {
-                wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Uint32, 4 => Float16x2, 5 => Uint32]
+                wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Uint32, 4 => Uint32, 5 => Uint32]
             },
         };
         Placing {
-            source: include_str!("../../shaders/vertex_buffer_leaves.wgsl"),
+            source: concat!(
+                include_str!("../../shaders/shared/placed.wgsl"),
+                include_str!("../../shaders/vertex_buffer_leaves.wgsl")
+            ),
             vertex: "placed",
             groups: vec![part_layout],
             buffers: vec![place, look],
@@ -73,9 +79,9 @@ impl VertexBufferFalls {
             pass.set_bind_group(1, &posed.source.group, &[]);
             pass.set_bind_group(2, &falls.tables_group, &[]);
             pass.set_vertex_buffer(0, posed.patches.slice(..));
-            for (bin, first, rows) in posed.rows(list) {
+            for (region, first, rows) in posed.rows(list) {
                 pass.set_scissor_rect(0, first, crate::listed::VERTEX_WIDTH, rows);
-                pass.draw(0..3, bin..bin + 1);
+                pass.draw(0..3, region..region + 1);
             }
         }
         posed.copy(&mut scope.scope("copy"), list);
@@ -86,19 +92,15 @@ impl VertexBufferFalls {
         models: &[GpuModel],
         falls: &ListedFalls,
         posed: &PosedVertices,
-        pipelines: &Pair,
+        pipelines: &Pipelines,
     ) {
-        let list = &falls.roster.falling;
-        for (i, (bin, region)) in falls.bins.iter().zip(&list.regions).enumerate() {
-            if region.items.is_empty() {
-                continue;
-            }
-            pipelines.set(pass, models, bin);
-            let first = posed.offset(i);
+        for (region, shape, leaves) in falls.draws(&falls.roster.falling) {
+            pipelines.set(pass, models, shape);
+            let first = posed.offset(region);
             pass.set_vertex_buffer(0, posed.buffers[0].slice(first..));
             pass.set_vertex_buffer(1, posed.buffers[1].slice(first..));
-            pass.set_index_buffer(posed.indices[i].slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..region.items.len() as u32 * falls.index_counts[i], 0, 0..1);
+            pass.set_index_buffer(posed.indices[region].slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..leaves.len() as u32 * shape.buffers.index_count, 0, 0..1);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Strategy `vertex` (VB 6, first): every vertex of a falling leaf finds its place.
 
 use super::Shaders;
-use super::listed::{Layouts, Pair, Pairs, Placing, SHAPE, set_shape};
+use super::listed::{Layouts, PictureAndShadow, Pipelines, Placing, SHAPE};
 use crate::listed::ListedFalls;
 use crate::model::GpuModel;
 use crate::shared::FallingLeaf;
 
 pub(crate) struct VertexFalls {
-    pub(super) pipelines: Pairs,
+    pub(super) pipelines: PictureAndShadow,
 }
 
 impl VertexFalls {
@@ -16,7 +16,7 @@ impl VertexFalls {
         part_layout: &wgpu::BindGroupLayout,
         layouts: &Layouts,
     ) -> Self {
-        Self { pipelines: Pairs::new(shaders, &Self::placing(part_layout, layouts)) }
+        Self { pipelines: PictureAndShadow::new(shaders, &Self::placing(part_layout, layouts)) }
     }
 
     pub fn placing<'a>(
@@ -45,15 +45,15 @@ impl VertexFalls {
         pass: &mut wgpu::RenderPass<'_>,
         models: &[GpuModel],
         falls: &ListedFalls,
-        pipelines: &Pair,
+        pipelines: &Pipelines,
     ) {
         let list = &falls.roster.falling;
         pass.set_bind_group(2, &falls.tables_group, &[]);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
-        for (bin, leaves, indices) in falls.draws(list) {
-            pipelines.set(pass, models, bin);
-            set_shape(pass, bin);
-            pass.draw_indexed(0..indices, 0, leaves);
+        for (_, shape, leaves) in falls.draws(list) {
+            pipelines.set(pass, models, shape);
+            shape.buffers.set(pass);
+            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
         }
     }
 }
