@@ -38,7 +38,7 @@ fn count_solid(in: Counted) {
 @fragment
 fn count_masked(in: Counted) {
     let slope = fwidth(in.clip.z);
-    let surface = surfaces[in.material];
+    let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
     if surface.masked == 0u || surface.layer < 0 || alpha >= 0.5 {
         count(in, slope);

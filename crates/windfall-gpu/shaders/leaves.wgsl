@@ -13,6 +13,7 @@ struct LeafVertex {
     @location(1) leaf: u32,
     @location(2) offset_ambient: vec4<f32>,
     @location(3) normal: vec4<f32>,
+    // Octahedral, as where it hangs no longer.
     @location(4) bent_normal: vec4<f32>,
     @location(5) uv: vec2<f32>,
     @location(6) material_shed: u32,
@@ -30,6 +31,7 @@ struct Varyings {
     @location(3) uv: vec2<f32>,
     // Of outlines that are lit at their vertices, the most that their radiance may be.
     @location(4) @interpolate(flat) color: vec3<f32>,
+    // Index of its surface in the lowest byte; above it the leaf's bent normal, which tells it from others.
     @location(5) @interpolate(flat) material: u32,
     @location(6) @interpolate(flat) ambient: f32,
     // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity;
@@ -56,6 +58,16 @@ const SHADE_SPREAD: f32 = 1.5;
 const MEAN_MARGIN: f32 = 0.25;
 // Frame.show: how far trees are simplified.
 const SHOW_DETAIL: u32 = 2u;
+
+// A leaf's surface and bent normal in the world, as LooseLeaf.look has them: what stays the same of a leaf on
+// its twig, in the air and on the ground.
+fn look_of(surface: u32, bent_normal: vec3<f32>) -> u32 {
+    return surface | ((pack4x8snorm(vec4(octahedral(bent_normal), 0.0, 0.0)) & 0xffffu) << 8u);
+}
+
+fn surface_of(material: u32) -> Surface {
+    return surfaces[material & 0xffu];
+}
 
 // How much of a leaf is seen (SFS, equation 6): the twin of windfall_core::simplify.
 fn leaf_seen(tree: Tree, leaf: u32) -> f32 {
@@ -121,13 +133,14 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     out.uv = in.uv;
-    out.material = in.material_shed >> 24u;
+    let bent_normal = turn(tree, from_octahedral(in.bent_normal.xy));
+    out.material = look_of(in.material_shed >> 24u, bent_normal);
     let shading_contrast = select(1.0, tree.fade_growth.w, (frame.contrasts & 2u) != 0u);
     out.contrast_seen_cosines = vec4(shading_contrast, seen, unpack2x16float(tree.seed_detached_wind_cosines.w));
     if !lit {
         return out;
     }
-    out.bent_normal_reach = vec4(turn(tree, in.bent_normal.xyz), 1.0);
+    out.bent_normal_reach = vec4(bent_normal, 1.0);
     if far {
         // Fewer leaves stand for what shades each of many: each for as much of the crown about it as its
         // corners, spread, reach.
@@ -165,7 +178,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
 fn lit_outline(in: Varyings) -> Varyings {
     var out = in;
     let margin = smoothstep(0.22, 0.5, abs(in.uv.x - 0.5));
-    let albedo = dried(tinted(in.color, surfaces[in.material]), margin);
+    let albedo = dried(tinted(in.color, surface_of(in.material)), margin, in.material);
     out.world = in_the_air(leaf_radiance(in, albedo, 0.0), in.world);
     let leaf = leaf_diffuse(albedo);
     out.color = (leaf.reflected + leaf.passed) * (frame.sun_color / PI + 2.0 * frame.ambient[0].rgb) + out.world;
@@ -175,9 +188,9 @@ fn lit_outline(in: Varyings) -> Varyings {
 // Small leaves are lit in their middle, so that they have one colour: interpolated within the samples that are
 // seen, as some drivers do, it would be another after each leaf that hides some of them.
 fn radiance_at_vertex(in: Varyings) -> vec3<f32> {
-    var color = tinted(in.color, surfaces[in.material]);
+    var color = tinted(in.color, surface_of(in.material));
     if !far {
-        color = dried(color, MEAN_MARGIN);
+        color = dried(color, MEAN_MARGIN, in.material);
     }
     return in_the_air(leaf_radiance(in, color, 1.0), in.world);
 }
@@ -230,7 +243,7 @@ fn loose_varyings(
     out.bent_normal_reach = vec4(bent, 1.0);
     out.uv = uv;
     out.color = color.rgb * color.rgb * 2.0;
-    out.material = look & 0xffu;
+    out.material = look & 0xffffffu;
     out.ambient = color.w;
     out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
     if lit_at_vertices {
@@ -314,14 +327,14 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
 }
 
 // The margin dries first, of one leaf more than of another; `margin` is 1 there.
-fn dried(color: vec3<f32>, margin: f32) -> vec3<f32> {
-    let dry = margin * (0.5 + 0.5 * unit(hash(bitcast<u32>(color.g), 3u)));
+fn dried(color: vec3<f32>, margin: f32, leaf: u32) -> vec3<f32> {
+    let dry = margin * (0.5 + 0.5 * unit(hash(leaf, 3u)));
     return color * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dry);
 }
 
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
 // along it. Veins are paler, the blade between them darkens to its margin.
-fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
+fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     if far {
         return color;
     }
@@ -333,7 +346,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
     let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
-        let key = hash(bitcast<u32>(color.r), bitcast<u32>(color.g));
+        let key = hash(leaf, 4u);
         let left = select(0.0, 0.5, uv.x < 0.5);
         let turns = (uv.y - across * (1.15 - 0.9 * across)) * 7.0 + left + unit(hash(key, 6u));
         let strength = 0.4 + 0.6 * unit(hash(key, u32(max(floor(turns), 0.0) + 16.0 * left)));
@@ -344,7 +357,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>) -> vec3<f32> {
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
         shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
-    return dried(color, margin) * shade;
+    return dried(color, margin, leaf) * shade;
 }
 
 fn in_the_air(radiance: vec3<f32>, world: vec3<f32>) -> vec3<f32> {
@@ -371,8 +384,8 @@ fn solid_color(in: Varyings) -> vec4<f32> {
     if lit_at_vertices {
         return in.bent_normal_reach;
     }
-    let surface = surfaces[in.material];
-    var albedo = venation(in.uv, tinted(in.color, surface));
+    let surface = surface_of(in.material);
+    var albedo = venation(in.uv, tinted(in.color, surface), in.material);
     if surface.layer >= 0 {
         albedo = textured(in, surface).rgb;
     }
@@ -395,7 +408,7 @@ fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
 
 @fragment
 fn masked_shadow(in: Varyings) {
-    let surface = surfaces[in.material];
+    let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
     if surface.masked == 1u && surface.layer >= 0 && alpha < 0.5 {
         discard;
@@ -412,7 +425,7 @@ fn masked(in: Varyings) -> @location(0) vec4<f32> {
 }
 
 fn masked_color(in: Varyings) -> vec4<f32> {
-    let surface = surfaces[in.material];
+    let surface = surface_of(in.material);
     var texel = vec4(tinted(in.color, surface), 1.0);
     if surface.layer >= 0 {
         texel = textured(in, surface);
@@ -448,7 +461,7 @@ fn masked_fade(in: Varyings) -> Faded {
 
 @fragment
 fn fade_shadow(in: Varyings) {
-    let surface = surfaces[in.material];
+    let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
     let hole = surface.masked == 1u && surface.layer >= 0 && alpha < 0.5;
     if hole || (seen_samples(in) & 1u) == 0u {

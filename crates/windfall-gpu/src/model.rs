@@ -1,6 +1,7 @@
 //! One tree model on the GPU.
 
 use crate::cull::{PartDraw, WOOD_LEVELS, leaf_parts, wood_parts};
+use crate::falls::{octahedral, snorm8};
 use crate::shared::{Crown, Model, Surface};
 use crate::texture::TextureArray;
 use bytemuck::{Pod, Zeroable};
@@ -22,7 +23,8 @@ pub(crate) struct LeafVertex {
     /// Relative to the centre; `w` is the ambient light that reaches the leaf.
     offset: [f16; 4],
     normal: [i8; 4],
-    bent_normal: [i8; 4],
+    /// Octahedral, in the first two.
+    bent_normal: [u8; 4],
     uv: [f16; 2],
     /// Material in the upper 8 bits, shed rank in the lower 24.
     material_shed: u32,
@@ -456,7 +458,8 @@ impl LeafMesh {
     fn add(&mut self, index: u32, leaf: &Leaf, shape: &LeafShape) {
         let first = self.vertices.len() as u32;
         self.indices.extend(shape.indices.iter().map(|&index| first + index));
-        let bent_normal = snorm(leaf.bent_normal);
+        let [x, y] = octahedral(leaf.bent_normal).to_array().map(snorm8);
+        let bent_normal = [x, y, 0, 0];
         for ((&position, &normal), &uv) in
             shape.positions.iter().zip(&shape.normals).zip(&shape.uvs)
         {

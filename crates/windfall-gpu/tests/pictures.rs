@@ -14,8 +14,8 @@ use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_core::wind::Wind;
 use windfall_gpu::{
-    Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Falls, GpuForest, Quality,
-    Renderer, Target, TreeCounts, View, wgpu, wgpu_profiler,
+    Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Elimination, Falls, GpuForest,
+    Quality, Renderer, Strategy, Target, TreeCounts, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
 
@@ -265,6 +265,35 @@ fn leaves_let_go_as_the_wind_holds_them() {
         let (pop, fall) = (apart(&hanging, &loose), apart(&hanging, &gone));
         println!("{fov_y}: {pop} when they let go, {fall} when they have fallen");
         assert!(fall > 4.0 && pop < 0.1 * fall, "{fov_y}: {pop} of {fall}");
+    }
+}
+
+/// From near, leaves that lie wither, but keep their veins and blotches: by every strategy.
+#[test]
+fn leaves_that_lie_do_not_flicker() {
+    let (trees, forest) = lone(Species::Maple.grow_with(1, 700));
+    let shedding = Shedding { start: -20.0, duration: 1.0, ..Shedding::default() };
+    for strategy in Strategy::ALL {
+        let falls = Falls {
+            shedding,
+            wind: Wind::calm(),
+            capacity: 2000,
+            strategy,
+            elimination: Elimination::Off,
+            ..Falls::default()
+        };
+        let forest = upload(&trees, &forest, &falls);
+        let at = |time| {
+            let mut view = View { time, ..view([1.5, 1.2, 1.5], [1.5, 0.0, 1.2]) };
+            view.sky.clouds = 0.0;
+            paint(&forest, &view)
+        };
+        let [before, after, bare] = [30.0, 32.0, -30.0].map(at);
+        let most = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
+        println!("{strategy}: at most {:?} in two seconds", most(&before, &after));
+        // Two seconds of 240 take 1% of the blue that is lost; that is two levels of 255, and one for rounding.
+        assert!(most(&before, &after) <= Some(3), "{strategy}");
+        assert!(most(&before, &bare) > Some(100), "leaves lie there");
     }
 }
 
