@@ -43,12 +43,8 @@ impl Eye {
 
     /// The same of the leaves on the tree of a stream.
     pub fn margin_of_tree(&self, stream: &Stream, crown: &Crown) -> f32 {
-        let (c, s) = (stream.cos_yaw, stream.sin_yaw);
-        let v = crown.center;
-        let turned = Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
-        let center = stream.position + turned * stream.scale;
         let near = (crown.radius + crown.leaf_length * self.per_metre) * stream.scale;
-        self.at.distance(center) - near
+        self.at.distance(stream.place(crown.center)) - near
     }
 }
 

@@ -521,6 +521,19 @@ impl LeafRecords {
     }
 }
 
+impl Stream {
+    /// A direction of the model in the world.
+    pub(crate) fn turned(&self, v: Vec3) -> Vec3 {
+        let (c, s) = (self.cos_yaw, self.sin_yaw);
+        Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x)
+    }
+
+    /// A place of the model in the world.
+    pub(crate) fn place(&self, v: Vec3) -> Vec3 {
+        self.position + self.turned(v) * self.scale
+    }
+}
+
 pub(crate) struct PlannedBin {
     pub model: usize,
     pub shape: usize,

@@ -298,14 +298,10 @@ impl Roster {
     fn falling_leaf(&self, fall: &Fall<'_>, stream: &Stream, entry: u32) -> (FallingLeaf, f32) {
         let record = self.record(stream, entry);
         let model = &self.models[stream.model as usize];
-        let turn = |v: Vec3| {
-            let (c, s) = (stream.cos_yaw, stream.sin_yaw);
-            Vec3::new(c * v.x + s * v.z, v.y, c * v.z - s * v.x)
-        };
         let own = unpack_rotation([record.orientation_xy, record.orientation_zw]);
         let detach_time = self.detach_time(stream, entry);
         let leaf_fall = LeafFall {
-            origin: stream.position + turn(record.center) * stream.scale,
+            origin: stream.place(record.center),
             twig_orientation: Quat::from_rotation_y(stream.sin_yaw.atan2(stream.cos_yaw)) * own,
             tree: stream.position,
             seed: hash(stream.seed, record.rank),
@@ -320,7 +316,7 @@ impl Roster {
         let from_center = (record.center - model.crown_center) / model.crown_extent;
         let [material, ambient, bent_x, bent_y] = record.look.to_le_bytes();
         let bent = from_octahedral(Vec2::new(from_snorm8(bent_x), from_snorm8(bent_y)));
-        let bent = octahedral(turn(bent));
+        let bent = octahedral(stream.turned(bent));
         let [twig_xy, twig_zw] = pack_rotation(leaf_fall.twig_orientation);
         let [lying_xy, lying_zw] = pack_rotation(landing.orientation);
         let from_line = |i: i32| {
@@ -328,7 +324,8 @@ impl Roster {
             let place = fall.pose(&leaf_fall, &landing, time).position;
             from_segment(place, leaf_fall.origin, landing.position)
         };
-        let reach = (1..8).map(from_line).fold(0.0, f32::max);
+        let can_be_small = self.plan.bins[stream.bin as usize].simple.is_some();
+        let reach = if can_be_small { (1..8).map(from_line).fold(0.0, f32::max) } else { 0.0 };
         let leaf = FallingLeaf {
             origin: leaf_fall.origin,
             detach_time,
