@@ -60,7 +60,9 @@ pub struct Falls {
     /// Start and end of falls.
     pub settings: FallSettings,
     /// Most leaves in the air and on the ground together: where there are more, those that have
-    /// lain longest vanish. 68 bytes of device memory each. Default 1,000,000.
+    /// lain longest vanish. 68 bytes of device memory each, of which 36 are in one buffer: the device's
+    /// [`wgpu::Limits::max_storage_buffer_binding_size`] bounds it, at 3.7 million where that is 128 MiB.
+    /// Default 1,000,000.
     pub capacity: u32,
     /// Where poses are computed.
     pub strategy: Strategy,

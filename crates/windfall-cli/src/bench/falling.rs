@@ -22,6 +22,8 @@ use windfall_scenes::Stage;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
 const WARM_UP: u32 = 3;
+/// Device memory of the state of a leaf in the air or on the ground, and of its place in a list.
+const SLOT_BYTES: u64 = 36;
 /// Frames of the whole walk (VB: "more than 3000").
 const WALK: f32 = 3000.0;
 
@@ -474,7 +476,7 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         bare_simple_ms,
         frame_ms,
         frame_without_ms,
-        slot_bytes: 36,
+        slot_bytes: SLOT_BYTES as u32,
         draw_bytes: 32,
     };
     println!(
@@ -503,8 +505,11 @@ fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
     println!("\n(c) cost against count, compute; medians of {} frames", args.frames);
     println!("{:>10}{:>14}{:>16}", "leaves", "pose, GPU ms", "frame, wall ms");
     let mut points = Vec::new();
+    // Where the adapter binds no buffer of so many slots, as many as it does, in whole trees.
+    let limit = u64::from(gpu.device.limits().max_storage_buffer_binding_size);
+    let most = args.most.min(((limit / SLOT_BYTES) >> 16 << 16) as u32);
     let mut count = 1 << 10;
-    while count <= args.most {
+    while count <= most {
         let stage = shower(count);
         let forest = easel.forest(gpu, &stage, &stage.falls);
         let view = overview(&stage, 0.0);
@@ -519,7 +524,7 @@ fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
         let (pose, frame) = (Spread::of(&pose).median, Spread::of(&frame).median);
         println!("{count:>10}{pose:>14.3}{frame:>16.2}");
         points.push((u64::from(count), pose, frame));
-        count *= 4;
+        count = if count < most { most.min(count * 4) } else { u32::MAX };
     }
     let of = |get: fn(&(u64, f64, f64)) -> f64| {
         let xy: Vec<(f64, f64)> = points.iter().map(|p| (p.0 as f64, get(p))).collect();
