@@ -506,7 +506,7 @@ fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
     println!("{:>10}{:>14}{:>16}", "leaves", "pose, GPU ms", "frame, wall ms");
     let mut points = Vec::new();
     // Where the adapter binds no buffer of so many slots, as many as it does, in whole trees.
-    let limit = u64::from(gpu.device.limits().max_storage_buffer_binding_size);
+    let limit = gpu.device.limits().max_storage_buffer_binding_size;
     let most = args.most.min(((limit / SLOT_BYTES) >> 16 << 16) as u32);
     let mut count = 1 << 10;
     while count <= most {
