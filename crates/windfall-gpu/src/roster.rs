@@ -197,6 +197,7 @@ impl Roster {
         self.landings.clear();
         self.waiting.clear();
         self.looks.clear();
+        self.frees.clear();
         self.landed = 0;
     }
 
@@ -648,6 +649,12 @@ mod tests {
             for frame in 0..200u32 {
                 still.update(0.3 * frame as f32, 0.5, &view);
                 assert!(still.looks.len() <= 5 * still.slots.len(), "frame {frame}");
+            }
+            // Nor where time goes to and fro.
+            for _ in 0..40 {
+                still.update(20.0, 0.5, &view);
+                still.update(19.9, 0.5, &view);
+                assert!(still.frees.len() <= still.slots.len(), "{elimination}");
             }
             assert!(seen[0] > 5000 && seen[1] > 5000, "{seen:?} large and small leaves");
         }
