@@ -313,17 +313,24 @@ fn arrange(
     }
 }
 
+// A direction of the world in a tree.
+fn turned_back(tree: TreeRecord, v: vec3<f32>) -> vec3<f32> {
+    return vec3(tree.cos_yaw * v.x - tree.sin_yaw * v.z, v.y, tree.cos_yaw * v.z + tree.sin_yaw * v.x);
+}
+
+// Mean of the product of the cosines of two directions with a leaf's normal.
+fn normal_square(crown: Crown, a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return dot(crown.normal_squares, a * b) + 0.5 * dot(crown.normal_products, a * b.yzx + a.yzx * b);
+}
+
 // Of the sun on a tree's leaves, on the viewer's side and from behind: the twin of
 // windfall_core::simplify::Shading::mean_cosines.
 fn mean_cosines(crown: Crown, tree: TreeRecord, view: vec3<f32>) -> vec2<f32> {
-    let sun = frame.sun_direction;
-    let light = vec3(
-        tree.cos_yaw * sun.x - tree.sin_yaw * sun.z,
-        sun.y,
-        tree.cos_yaw * sun.z + tree.sin_yaw * sun.x,
-    );
-    let square = dot(crown.normal_squares.xyz, light * light) + dot(crown.normal_products.xyz, light * light.yzx);
-    let cosine = clamp(dot(sun, view), -1.0, 1.0);
+    let light = turned_back(tree, frame.sun_direction);
+    let eye = turned_back(tree, view);
+    let square = normal_square(crown, light, light);
+    let lengths = sqrt(square * normal_square(crown, eye, eye));
+    let cosine = clamp(normal_square(crown, light, eye) / max(lengths, 1e-9), -1.0, 1.0);
     let angle = acos(cosine);
     let sine = sqrt(1.0 - cosine * cosine);
     return 4.0 / (3.0 * PI) * pow(clamp(square, 1e-9, 1.0), 0.63092975)

@@ -11,8 +11,7 @@
 // Two vectors a slot. Of a leaf in the air: origin, moved by the wind at the detachment; time of the
 // detachment; seconds to the landing; variant; colour with the upper byte of the size; look with the
 // lower. Of a leaf that lies: place, time of the landing, orientation of which y is negative, colour and
-// look. Then four vectors a stream: see Window. Then a word a slot: see changing_at. Then, with leaf
-// occlusion, another: shared/sight.wgsl.
+// look.
 @group(1) @binding(6) var<storage, read_write> slots: array<vec4<u32>>;
 // The leaves that are drawn. With leaf occlusion two more lists of as many: those that are tested, those
 // that are skipped.
@@ -27,6 +26,9 @@
 
 // How trees are simplified: loose leaves as those on the twigs that they are from.
 @group(1) @binding(9) var<uniform> cull: CullFrame;
+// Four vectors a stream: see Window. Then a word a slot: see changing_at. Then, with leaf occlusion,
+// another: shared/sight.wgsl. Beside the slots, of which there are as many as a binding holds.
+@group(1) @binding(10) var<storage, read_write> work: array<vec4<u32>>;
 
 // Whether leaves are tested for being seen. Settled when the pipeline is made: without it nothing is paid.
 override occlusion: bool = false;
@@ -61,18 +63,18 @@ struct Window {
 }
 
 fn window_at(stream: u32) -> u32 {
-    return 2u * fall.slot_count + 4u * stream;
+    return 4u * stream;
 }
 
 fn window_of(stream: u32) -> Window {
     let at = window_at(stream);
-    let a = slots[at];
-    let b = slots[at + 1u];
-    let d = slots[at + 3u];
+    let a = work[at];
+    let b = work[at + 1u];
+    let d = work[at + 3u];
     let fade = unpack2x16float(d.w);
     return Window(
         a.x, a.y, a.z, a.w, b.x, b.y >> 2u, (b.y & 1u) == 1u, (b.y & 2u) == 2u, b.z, bitcast<f32>(b.w),
-        bitcast<vec4<f32>>(slots[at + 2u]), d.y, bitcast<f32>(d.z), fade.x, fade.y,
+        bitcast<vec4<f32>>(work[at + 2u]), d.y, bitcast<f32>(d.z), fade.x, fade.y,
     );
 }
 
@@ -125,14 +127,14 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     let stream = streams[id.x];
     let detached = detached_entries(stream, fall.time);
     let at = window_at(id.x);
-    let known = select(slots[at].x, 0u, fall.restart == 1u);
-    slots[at] = vec4(
+    let known = select(work[at].x, 0u, fall.restart == 1u);
+    work[at] = vec4(
         detached,
         detached_entries(stream, fall.time + VANISHING),
         (max(detached, 1u) - 1u) % stream.keep,
         stream.slot_first,
     );
-    slots[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
+    work[at + 2u] = bitcast<vec4<u32>>(gusts_at(wind_late(stream.position.xz), fall.time));
     let crown = models[stream.model].crown;
     let c = crown.center;
     let turned = vec3(
@@ -145,11 +147,11 @@ fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
     let level = tree_level(list, crown, stream.scale, center);
     let tree_simple = simple_leaves(list, crown, level, stream.scale, center);
     let bin = (stream.bin << 2u) | (u32(tree_simple) << 1u) | stream.simple;
-    slots[at + 1u] = vec4(stream.keep, bin, stream.bin_first, bitcast<u32>(stream.radius));
+    work[at + 1u] = vec4(stream.keep, bin, stream.bin_first, bitcast<u32>(stream.radius));
     let leaf_count = f32(stream.leaf_count);
     // Half floats end at 65,504: where fewer than a hundredth of a leaf fades, none does.
     let slope = min(0.5 / max(level.radius * leaf_count, 1e-6), 100.0);
-    slots[at + 3u] = vec4(
+    work[at + 3u] = vec4(
         known,
         2u * fall.group_count + stream.list_first,
         bitcast<u32>(fade_end(list, level) * leaf_count),
@@ -186,9 +188,9 @@ fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         return;
     }
     let at = window_at(stream);
-    let end = slots[at].x;
-    let keep = slots[at + 1u].x;
-    for (var j = max(slots[at + 3u].x, end - min(keep, end)) + local; j < end; j += 64u) {
+    let end = work[at].x;
+    let keep = work[at + 1u].x;
+    for (var j = max(work[at + 3u].x, end - min(keep, end)) + local; j < end; j += 64u) {
         let i = atomicAdd(&counters[tallies() + 7u], 1u);
         drawn[i].color = stream;
         drawn[i].look = j;
@@ -402,18 +404,18 @@ fn add_small(window: Window, count: u32) -> u32 {
 
 // Where the changing leaves are listed, four a vector: workgroup of `pose`, and which of its slots.
 fn changing_at(i: u32) -> u32 {
-    return 2u * fall.slot_count + 4u * fall.stream_count + i / 4u;
+    return 4u * fall.stream_count + i / 4u;
 }
 
 fn forget_sight(slot: u32) {
-    slots[fall.sight_first + slot / 4u][slot % 4u] = 0u;
+    work[fall.sight_first + slot / 4u][slot % 4u] = 0u;
 }
 
 // What is to be done with a leaf that is in the air and in view.
 fn watch(slot: u32) -> u32 {
     let at = fall.sight_first + slot / 4u;
-    let sight = next_sight(slots[at][slot % 4u], slot);
-    slots[at][slot % 4u] = sight;
+    let sight = next_sight(work[at][slot % 4u], slot);
+    work[at][slot % 4u] = sight;
     return done_with(sight);
 }
 
@@ -476,7 +478,7 @@ fn pose_slot(window: Window, index: u32, at: u32) -> Posed {
     }
     if changes {
         let i = atomicAdd(&counters[tallies() + 9u], 1u);
-        slots[changing_at(i)][i % 4u] = index * GROUP + at % GROUP;
+        work[changing_at(i)][i % 4u] = index * GROUP + at % GROUP;
         if i % 64u == 0u && i < 64u * ROW {
             atomicAdd(&counters[tallies() + 8u], 1u);
         }
@@ -559,7 +561,7 @@ fn put(posed: Posed, at: vec2<u32>) -> vec2<u32> {
 fn change(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = atomicLoad(&counters[tallies() + 9u]);
     for (var i = id.x; i < count; i += 64u * ROW) {
-        let listed = slots[changing_at(i)][i % 4u];
+        let listed = work[changing_at(i)][i % 4u];
         let stream = lists[2u * (listed / GROUP)];
         let window = window_of(stream);
         let at = lists[2u * (listed / GROUP) + 1u] + listed % GROUP;

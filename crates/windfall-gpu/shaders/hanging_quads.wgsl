@@ -55,16 +55,38 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     let of_part = quad - part.x;
     let tree = tree_at(part.w + of_part / part.y);
     let first = part.z + 4u * (of_part % part.y);
-    // The mean of what its corners have: see radiance_at_vertex.
-    var corners: array<vec4<f32>, 4>;
-    var radiance = vec3(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        let in = leaf_vertex(first + i);
-        let seen = leaf_seen(tree, in.leaf);
-        let corner = hanging(in, tree, sqrt(seen), seen);
-        corners[i] = corner.clip;
-        radiance += 0.25 * corner.bent_normal_reach.xyz;
+    let leaf = leaf_vertex(first);
+    let seen = leaf_seen(tree, leaf.leaf);
+    if gone(leaf.leaf, leaf.material_shed & 0xffffffu, tree, seen) {
+        for (var i = 0u; i < 4u; i++) {
+            quads[4u * quad + i] = vec4(0u, 0u, bitcast<u32>(-1.0), 0u);
+        }
+        return;
     }
+    let size = tree.fade_growth.z * sqrt(seen);
+    // Lit once: where, and as it is in the mean of its corners.
+    var corners: array<vec4<f32>, 4>;
+    var middle: Varyings;
+    var reach = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let at = 10u * (first + i);
+        let offset = size * vec3(unpack2x16float(leaf_vertices[at + 4u]), unpack2x16float(leaf_vertices[at + 5u]).x);
+        let normal = unpack4x8snorm(leaf_vertices[at + 6u]).xyz;
+        let corner = hanging_vertex(leaf.center, offset, normal, tree);
+        corners[i] = corner.clip;
+        middle.world += 0.25 * corner.world;
+        middle.normal += 0.25 * corner.normal;
+        if far {
+            reach += 0.25 * far_reach(corner.world, offset, tree);
+        }
+    }
+    var lit_leaf = leaf_alike(middle, leaf, tree, seen);
+    if far {
+        lit_leaf.bent_normal_reach.w = reach;
+    } else {
+        lit_leaf.world = lit_place(leaf, tree);
+    }
+    let radiance = pack_radiance(radiance_at_vertex(lit_leaf));
     for (var i = 0u; i < 4u; i++) {
         quads[4u * quad + i] = quad_corner(corners[i], radiance);
     }

@@ -54,6 +54,11 @@ override outlines: bool = false;
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
 // How far from a far leaf's centre light is looked for, in sizes of the leaf, less one.
 const SHADE_SPREAD: f32 = 1.5;
+// Where a leaf's wax reflects as much as that of leaves that lean in every direction alike does in the mean,
+// each seen by its projected area: cosine to the viewer.
+const MEAN_FACING: f32 = 0.456;
+// Length of the mean of bent normals at one place of a crown, whose leaves lean in every direction alike.
+const BENT_FLATNESS: f32 = 0.86;
 // How much of a leaf is margin.
 const MEAN_MARGIN: f32 = 0.25;
 // Frame.show: how far trees are simplified.
@@ -113,26 +118,40 @@ fn thrown(root: u32, leaf: u32) -> bool {
     return false;
 }
 
-fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
+// Whether a leaf is simplified away, or in the air or on the ground.
+fn gone(leaf: u32, rank: u32, tree: Tree, seen: f32) -> bool {
+    let detached_events = tree.seed_detached_wind_cosines.y;
+    return seen <= 0.0 || rank < (detached_events & 0xffffffu) || thrown(detached_events >> 24u, leaf);
+}
+
+// Where a vertex of a leaf is that hangs, with its normal: nothing of its light.
+fn hanging_vertex(center: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, tree: Tree) -> Varyings {
     var out: Varyings;
-    out.clip = NOWHERE;
-    let rank = in.material_shed & 0xffffffu;
-    if seen <= 0.0 || rank < (tree.seed_detached_wind_cosines.y & 0xffffffu) || thrown(tree.seed_detached_wind_cosines.y >> 24u, in.leaf) {
-        return out; // simplified away, or in the air or on the ground
-    }
-    let offset = in.offset_ambient.xyz * (tree.fade_growth.z * size);
-    out.normal = turn(tree, in.normal.xyz);
+    out.normal = turn(tree, normal);
     if far {
-        out.world = world_from_far_tree(tree, in.center + offset);
+        out.world = world_from_far_tree(tree, center + offset);
     } else {
-        let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
+        let rest = tree.position_scale.xyz + turn(tree, center) * tree.position_scale.w;
         let fluttered = flutter(rest, 1.0);
         out.world = rest + sway(rest, tree.position_scale.y)
             + turn_by(fluttered, turn(tree, offset) * tree.position_scale.w);
         out.normal = turn_by(fluttered, out.normal);
     }
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
-    out.uv = in.uv;
+    return out;
+}
+
+// What reaches a leaf of a far tree of the sun, at one of its vertices. Fewer leaves stand for what shades each
+// of many: each for as much of the crown about it as its corners, spread, reach.
+fn far_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
+    let about = turn(tree, offset) * (tree.position_scale.w * SHADE_SPREAD);
+    return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
+}
+
+// What all vertices of a leaf have alike, but for the light that reaches it.
+fn leaf_alike(vertex: Varyings, in: LeafVertex, tree: Tree, seen: f32) -> Varyings {
+    var out = vertex;
+    let rank = in.material_shed & 0xffffffu;
     let bent_normal = turn(tree, from_octahedral(in.bent_normal.xy));
     out.material = look_of(in.material_shed >> 24u, bent_normal);
     let shading_contrast = select(1.0, tree.fade_growth.w, (frame.contrasts & 2u) != 0u);
@@ -140,14 +159,10 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if !lit {
         return out;
     }
-    out.bent_normal_reach = vec4(bent_normal, 1.0);
-    if far {
-        // Fewer leaves stand for what shades each of many: each for as much of the crown about it as its
-        // corners, spread, reach.
-        let about = turn(tree, offset) * (tree.position_scale.w * SHADE_SPREAD);
-        out.bent_normal_reach.w = sun_visibility(out.world + about, vec3(0.0), 64.0 * fract(out.world.xz), 1u, 1.5);
-    }
     let from_center = (in.center - model.crown_center) / model.crown_extent;
+    // Leaves of one part of the crown have in common where it bulges to.
+    let outward = turn(tree, normalize(in.center - model.crown_center + vec3(0.0, 1e-4, 0.0)));
+    out.bent_normal_reach = vec4(mix(outward, bent_normal, shading_contrast), 1.0);
     let tree_seed = tree.seed_detached_wind_cosines.x;
     let ripe = tree.turn_season.z + branch_ripeness(tree_seed, from_center);
     let season = leaf_season(tree_seed, ripe, rank, from_center.y, model.palette_spread);
@@ -159,16 +174,39 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.color = detail_color(tree.turn_season.w);
     }
     out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
+    return out;
+}
+
+// Where a leaf that is lit at its vertices is lit.
+fn lit_place(in: LeafVertex, tree: Tree) -> vec3<f32> {
+    let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
+    return rest + sway(rest, tree.position_scale.y);
+}
+
+fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
+    var out: Varyings;
+    out.clip = NOWHERE;
+    if gone(in.leaf, in.material_shed & 0xffffffu, tree, seen) {
+        return out;
+    }
+    let offset = in.offset_ambient.xyz * (tree.fade_growth.z * size);
+    out = leaf_alike(hanging_vertex(in.center, offset, in.normal.xyz, tree), in, tree, seen);
+    out.uv = in.uv;
+    if !lit {
+        return out;
+    }
+    if far {
+        out.bent_normal_reach.w = far_reach(out.world, offset, tree);
+    }
     if outlines {
         return lit_outline(out);
     }
     if lit_at_vertices {
-        var lit_place = out;
+        var lit_vertex = out;
         if !far {
-            let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
-            lit_place.world = rest + sway(rest, tree.position_scale.y);
+            lit_vertex.world = lit_place(in, tree);
         }
-        out.bent_normal_reach = vec4(radiance_at_vertex(lit_place), 1.0);
+        out.bent_normal_reach = vec4(radiance_at_vertex(lit_vertex), 1.0);
     }
     return out;
 }
@@ -188,10 +226,7 @@ fn lit_outline(in: Varyings) -> Varyings {
 // Small leaves are lit in their middle, so that they have one colour: interpolated within the samples that are
 // seen, as some drivers do, it would be another after each leaf that hides some of them.
 fn radiance_at_vertex(in: Varyings) -> vec3<f32> {
-    var color = tinted(in.color, surface_of(in.material));
-    if !far {
-        color = dried(color, MEAN_MARGIN, in.material);
-    }
+    let color = dried(tinted(in.color, surface_of(in.material)), MEAN_MARGIN, in.material);
     return in_the_air(leaf_radiance(in, color, 1.0), in.world);
 }
 
@@ -271,18 +306,25 @@ fn loose_vertex(in: LooseVertex) -> Varyings {
     return loose_varyings(world, in.place_scale.xyz, normal, in.uv, in.color_ambient, in.look);
 }
 
+// Mean cosines of the light on a side and on the other of a surface whose normals lean to all sides of one alike.
+// `facing` is that one's cosine, `flatness` the length of their mean, 1 of a plane.
+fn both_sides(facing: f32, flatness: f32) -> vec2<f32> {
+    // The mean square; of cosines spread evenly over an angle the mean is 0.9 of its root.
+    let across = 0.4 * (1.0 - min(flatness * flatness, 1.0)) * (1.0 - facing * facing);
+    let along = flatness * facing;
+    let sum = sqrt(along * along + across);
+    return 0.5 * vec2(sum + along, sum - along);
+}
+
 // Cosines of the light on a side of a leaf and on the other. A leaf that is lit once has the mean over its
 // blade, whose mean normal is the shorter the more it is curved: where light grazes it, it meets both sides.
 fn front_and_back(facing: f32, flatness: f32) -> vec2<f32> {
     if !lit_at_vertices || outlines {
         return max(vec2(facing, -facing), vec2(0.0));
     }
-    // The mean square, of normals that lean from the mean to either side in all directions alike; of cosines
-    // spread evenly over an angle the mean is 0.9 of its root.
-    let across = 0.4 * (1.0 - min(flatness * flatness, 1.0)) * (1.0 - facing * facing);
-    let along = flatness * facing;
-    let sum = sqrt(along * along + across);
-    return 0.5 * vec2(sum + along, sum - along);
+    // Over leaves that lean in every direction alike it is a little more than the half that it has to be.
+    let flat = min(flatness * flatness, 1.0);
+    return both_sides(facing, flatness) / (1.0 + 0.37 * flat * (1.0 - flat));
 }
 
 // Radiance of a leaf towards the eye: both sides reflect, and light from behind shines through.
@@ -312,10 +354,13 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     let back = mix(in.contrast_seen_cosines.w, facings.y, contrast);
     var leaf = leaf_diffuse(albedo);
     leaf.passed *= select(0.0, 1.0, has(TRANSMISSION));
-    var scattered = leaf_body(leaf, front, back, dot(bent, sun), 0.3, max(dot(normal, view), 1e-3));
-    if !far && has(GLOSS) {
-        // Glints smaller than a pixel would sparkle: leaves of a few pixels have little.
-        scattered += leaf_gloss(normal, facing, sun, view) * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
+    let n_v = mix(MEAN_FACING, max(dot(normal, view), 1e-3), contrast);
+    let volume = both_sides(dot(bent, sun), mix(BENT_FLATNESS, 1.0, contrast)).x;
+    var scattered = leaf_body(leaf, front, back, volume, 0.3, n_v);
+    if has(GLOSS) {
+        // Glints smaller than a pixel would sparkle: leaves of a few pixels have mostly what many have in the mean.
+        let own = contrast * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
+        scattered += mix(mean_gloss(sun, view), leaf_gloss(normal, facing, sun, view), own);
     }
     let direct = frame.sun_color * reach * scattered;
     // The mean over leaves is nearly the light from where the crown opens.
@@ -336,12 +381,13 @@ fn dried(color: vec3<f32>, margin: f32, leaf: u32) -> vec3<f32> {
 // along it. Veins are paler, the blade between them darkens to its margin.
 fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     if far {
-        return color;
+        return dried(color, MEAN_MARGIN, leaf);
     }
     let pixel = max(fwidth(uv.x), fwidth(uv.y));
     let across = abs(uv.x - 0.5);
     let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
-    var shade = 1.0 + 0.30 * rib * (1.0 - smoothstep(0.1, 0.4, pixel));
+    // As much paler in the mean however wide it is drawn.
+    var shade = 1.0 + 0.35 * rib * 0.022 / (0.022 + pixel);
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
     let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {

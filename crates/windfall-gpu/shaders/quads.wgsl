@@ -7,8 +7,8 @@ struct Corner {
 
 struct Lit {
     @builtin(position) clip: vec4<f32>,
-    // Within the leaf, not beyond its corners.
-    @location(0) @interpolate(perspective, centroid) radiance: vec3<f32>,
+    // All corners of a leaf have the same.
+    @location(0) @interpolate(flat) radiance: vec3<f32>,
 }
 
 @vertex

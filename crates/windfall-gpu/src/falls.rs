@@ -37,6 +37,9 @@ pub(crate) const THREADS: u32 = 64;
 pub(crate) const GROUP: u32 = 256;
 const _: () = assert!(GROUP == 4 * THREADS, "`pose` has four slots a thread");
 
+/// Of a slot: two vectors.
+const SLOT_BYTES: u64 = 32;
+
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 12;
 
@@ -60,8 +63,8 @@ pub struct Falls {
     /// Start and end of falls.
     pub settings: FallSettings,
     /// Most leaves in the air and on the ground together: where there are more, those that have
-    /// lain longest vanish. 68 bytes of device memory each, of which 36 are in one buffer: the device's
-    /// [`wgpu::Limits::max_storage_buffer_binding_size`] bounds it, at 3.7 million where that is 128 MiB.
+    /// lain longest vanish. 68 bytes of device memory each, in buffers of 32, 32 and 4: the device's
+    /// [`wgpu::Limits::max_storage_buffer_binding_size`] bounds it, at 4,194,304 where that is 128 MiB.
     /// Default 1,000,000.
     pub capacity: u32,
     /// Where poses are computed.
@@ -273,13 +276,14 @@ impl GpuFalls {
         };
         let slots = u64::from(plan.slot_count);
         let (leaf_lists, watched) = if falls.leaf_occlusion { (3, slots) } else { (1, 0) };
-        let slot_vectors = 2 * slots + 4 * plan.streams.len() as u64 + slots / 4 + 1;
+        let work_vectors = 4 * plan.streams.len() as u64 + slots / 4 + 1;
         // Fragments count in a binding of their own.
         let alignment = u64::from(device.limits().min_storage_buffer_offset_alignment.max(16));
-        let sight_bytes = (slot_vectors * 16).next_multiple_of(alignment);
+        let sight_bytes = (work_vectors * 16).next_multiple_of(alignment);
         frame.sight_first = (sight_bytes / 16) as u32;
-        let slot_buffer =
-            empty("leaf slots", sight_bytes + watched * 4 + 16, wgpu::BufferUsages::empty());
+        let of_shaders = wgpu::BufferUsages::empty();
+        let slot_buffer = empty("leaf slots", slots * SLOT_BYTES, of_shaders);
+        let work = empty("work on leaves", sight_bytes + watched * 4 + 16, of_shaders);
         let drawn = empty(
             "loose leaves",
             leaf_lists * slots * size_of::<LooseLeaf>() as u64,
@@ -313,6 +317,7 @@ impl GpuFalls {
             &drawn,
             &counters,
             lists,
+            &work,
         ];
         let mut resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
         resources.insert(1, wgpu::BindingResource::TextureView(&tables));
@@ -357,7 +362,7 @@ impl GpuFalls {
             drawn,
             occlusion: falls.leaf_occlusion.then(|| {
                 let sights = wgpu::BufferBinding {
-                    buffer: &slot_buffer,
+                    buffer: &work,
                     offset: sight_bytes,
                     size: std::num::NonZero::new(watched * 4 + 16),
                 };

@@ -376,23 +376,22 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
     }
     let (low, high) = tree.bounds();
     let foliage = &tree.foliage;
-    let lengths =
-        foliage.leaves.iter().map(|l| l.scale * foliage.shapes[l.shape as usize].radius());
     let share = foliage.visible_share.clamp(1e-9, 0.999);
     let normals = foliage.shading.normals;
     Crown {
         center: (low + high) * 0.5,
         radius: (high - low).length() * 0.5,
         half_size: (high - low) * 0.5,
-        leaf_length: 2.0 * lengths.sum::<f32>() / foliage.leaves.len().max(1) as f32,
+        leaf_length: foliage.leaf_length(),
+        leaf_side: foliage.leaf_side(),
         visible_share: share,
         disocclusion: foliage.disocclusion.into(),
         log_hidden: (-share).ln_1p(),
         leaf_count: foliage.leaves.len() as u32,
         wood_levels: levels.len() as u32,
         wood_errors,
-        normal_squares: Vec4::new(normals.x_axis.x, normals.y_axis.y, normals.z_axis.z, 0.0),
-        normal_products: 2.0 * Vec4::new(normals.x_axis.y, normals.y_axis.z, normals.z_axis.x, 0.0),
+        normal_squares: Vec3::new(normals.x_axis.x, normals.y_axis.y, normals.z_axis.z),
+        normal_products: 2.0 * Vec3::new(normals.x_axis.y, normals.y_axis.z, normals.z_axis.x),
         ..Crown::zeroed()
     }
 }

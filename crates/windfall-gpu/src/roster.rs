@@ -598,6 +598,7 @@ mod tests {
             center: Vec3::new(0.0, 6.0, 0.0),
             radius: 9.0,
             leaf_length: 0.15,
+            leaf_side: 0.06,
             ..Crown::zeroed()
         };
         let model = Model { crown, crown_extent: Vec3::splat(4.0), ..Model::zeroed() };

@@ -193,8 +193,8 @@ gpu_struct! {
         pub exponent: f32,
         /// `d0²`, or `π/B0`.
         pub reduction: f32,
-        /// 1 where the reduction is by projected area.
-        pub by_area: u32,
+        /// Squares of pixels that are seen as one, a side; 0 for contrasts as SFS has them.
+        pub contrast_pixels: f32,
         /// `FadeRange`: 0 constant, 1 linear, 2 quadratic, 3 proportional.
         pub range_kind: u32,
         /// Its constant.
@@ -203,8 +203,9 @@ gpu_struct! {
         pub growth_factor: f32,
         /// `Growth::pixels`.
         pub growth_pixels: f32,
-        /// 1 where a tree in full has no faded leaves, 2 where leaves are gone at rank λ, or both.
-        pub fade_flags: u32,
+        /// The sum of 1 where a tree in full has no faded leaves, 2 where leaves are gone at rank λ, 4 where
+        /// the reduction is by projected area.
+        pub flags: u32,
         /// `Culling` as a number.
         pub culling: u32,
         /// `Simplification::wood_pixels`.
@@ -275,9 +276,12 @@ gpu_struct! {
         /// Their errors, metres, rising from 0.
         pub wood_errors: [Vec4; 4],
         /// `windfall_core::simplify::Shading::normals`: xx, yy, zz.
-        pub normal_squares: Vec4,
+        pub normal_squares: Vec3,
+        /// `windfall_core::foliage::Foliage::leaf_side`, metres.
+        pub leaf_side: f32,
         /// Twice xy, yz, zx.
-        pub normal_products: Vec4,
+        pub normal_products: Vec3,
+        pub padding: f32,
     }
 }
 
@@ -461,7 +465,7 @@ gpu_struct! {
         pub slot_count: u32,
         /// Draws: one for each model and shape.
         pub bin_count: u32,
-        /// Where the sights of leaf occlusion begin among the slots, in vectors.
+        /// Where the sights of leaf occlusion begin in the work on leaves, in vectors.
         pub sight_first: u32,
         /// Unused.
         pub padding3: u32,

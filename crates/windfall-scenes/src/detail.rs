@@ -29,6 +29,8 @@ pub struct DetailEntry {
     pub shading_contrast: bool,
     /// The mean cosine towards which it does; `None`: that of the tree's own leaves.
     pub mean_cosine: Option<f32>,
+    /// Side of the squares of pixels that are seen as one; `None`: contrasts as in the paper.
+    pub contrast_pixels: Option<f32>,
     /// What fades.
     pub fade: FadeEntry,
     /// Half the range of ranks over which leaves fade.
@@ -95,6 +97,7 @@ impl DetailEntry {
             color_contrast: detail.color_contrast,
             shading_contrast: detail.shading_contrast,
             mean_cosine: detail.mean_cosine,
+            contrast_pixels: detail.contrast_pixels,
             fade: match detail.fade.by {
                 FadeBy::Size => FadeEntry::Size,
                 FadeBy::Opacity => FadeEntry::Opacity,
@@ -129,6 +132,7 @@ impl DetailEntry {
             color_contrast: self.color_contrast,
             shading_contrast: self.shading_contrast,
             mean_cosine: self.mean_cosine,
+            contrast_pixels: self.contrast_pixels,
             fade: Fade {
                 by: match self.fade {
                     FadeEntry::Size => FadeBy::Size,
@@ -163,6 +167,7 @@ impl DetailEntry {
             ("growth_factor", self.growth_factor.unwrap_or(1.0), 1.0, 1e6),
             ("growth_pixels", self.growth_pixels, 0.0, 1e6),
             ("mean_cosine", self.mean_cosine.unwrap_or(0.5), 0.0, 1.0),
+            ("contrast_pixels", self.contrast_pixels.unwrap_or(1.0), 0.01, 1000.0),
             ("fade_range", range, 0.0, 1.0),
             ("wood_pixels", self.wood_pixels, 0.0, 1000.0),
             ("leaf_pixels", self.leaf_pixels, 0.0, 1000.0),
@@ -200,6 +205,7 @@ mod tests {
             color_contrast: false,
             shading_contrast: false,
             mean_cosine: Some(Simplification::PAPER_COSINE),
+            contrast_pixels: None,
             fade: Fade {
                 by: FadeBy::Opacity,
                 range: FadeRange::Quadratic(0.1),

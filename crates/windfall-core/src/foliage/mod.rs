@@ -172,6 +172,22 @@ impl Foliage {
         foliage
     }
 
+    /// Mean length of a leaf, metres: twice the radius of its shape; 0 without leaves.
+    pub fn leaf_length(&self) -> f32 {
+        self.mean(|leaf| 2.0 * leaf.scale * self.shapes[leaf.shape as usize].radius())
+    }
+
+    /// Side of a square as large as what a leaf shows in the mean, metres: half of its area, as of leaves that
+    /// lean in every direction alike.
+    pub fn leaf_side(&self) -> f32 {
+        let areas: Vec<f32> = self.shapes.iter().map(LeafShape::area).collect();
+        self.mean(|leaf| 0.5 * leaf.scale * leaf.scale * areas[leaf.shape as usize]).sqrt()
+    }
+
+    fn mean(&self, of: impl Fn(&Leaf) -> f32) -> f32 {
+        self.leaves.iter().map(of).sum::<f32>() / self.leaves.len().max(1) as f32
+    }
+
     /// Looks at the crown, for `visible_share` and `disocclusion`.
     pub(crate) fn look(&mut self) {
         let seen = Visibility::of(self);

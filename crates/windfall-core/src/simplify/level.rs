@@ -2,6 +2,9 @@
 
 use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification, Visibility};
 
+/// Samples of a pixel that leaves are drawn with.
+const SAMPLES: f32 = 4.0;
+
 /// How a tree is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
@@ -11,7 +14,7 @@ pub struct Level {
     pub radius: f32,
     /// Factor on a leaf's length, at least 1: `√s`.
     pub growth: f32,
-    /// `α`, what is left of the contrast: `√λ`.
+    /// `α`, what is left of the contrast between leaves: [`contrast`].
     pub contrast: f32,
 }
 
@@ -31,6 +34,10 @@ pub struct Seen {
     pub radius: f32,
     /// Length of a leaf of the tree, metres.
     pub leaf_length: f32,
+    /// Side of a square as large as what a leaf shows in the mean, metres ([`Foliage::leaf_side`]).
+    ///
+    /// [`Foliage::leaf_side`]: crate::foliage::Foliage::leaf_side
+    pub leaf_side: f32,
     /// How much of the tree's crown a leaf shows.
     pub visibility: Visibility,
 }
@@ -69,7 +76,11 @@ impl Simplification {
             }
             growth = seen.visibility.area_scale(lambda).sqrt().min(most);
         }
-        Level { lambda, radius: self.radius(lambda), growth, contrast: lambda.sqrt() }
+        let contrast = self.contrast_pixels.map_or(lambda.sqrt(), |pixels| {
+            let side = seen.leaf_side * seen.pixels / seen.distance.max(1e-3);
+            contrast(lambda, side / pixels, SAMPLES * pixels * pixels)
+        });
+        Level { lambda, radius: self.radius(lambda), growth, contrast }
     }
 
     /// How far the wood of a tree that is seen so may be from its place, metres.
@@ -134,6 +145,31 @@ pub fn share_for(s: f32, r: f32) -> f32 {
     ((-r).ln_1p() / (-r * s).ln_1p()).min(1.0) as f32
 }
 
+/// `α` of equation 4, `0..=1`: what is left of the contrast between leaves of which the share `lambda` is
+/// drawn, and each shows in the mean as much as a square of `side` pixels before that.
+///
+/// SFS takes `√λ`: the mean over a pixel of a share `λ` of the leaves, each with an area of `1/λ` times its own,
+/// has `1/λ` times the variance. So it is of leaves that are much smaller than a pixel. Those that are as large
+/// have little of a mean in them, before or after: their contrast stays. Between, it is the root of what a
+/// pixel's mean leaves of the variance ([`variance_left`]) before over what it leaves after. The mean of so many
+/// `samples` leaves more than that of the whole pixel, of which the fewer leaves are spared what is not the
+/// tree's own.
+pub fn contrast(lambda: f32, side: f32, samples: f32) -> f32 {
+    let side = side.max(1e-3);
+    let left = variance_left(side / lambda.sqrt());
+    (variance_left(side) / (left + (1.0 - left) * (1.0 - lambda) / samples)).sqrt()
+}
+
+/// What is left of a variance between leaves in the means over pixels, `0..=1`, where leaves are squares of
+/// `side` pixels.
+///
+/// Two points have the same leaf with a probability that falls to 0 over the side, along and across alike; it is
+/// the mean of that over all pairs of points in a pixel.
+pub fn variance_left(side: f32) -> f32 {
+    let along = if side < 1.0 { side * (1.0 - side / 3.0) } else { 1.0 - 1.0 / (3.0 * side) };
+    along * along
+}
+
 /// Length in the picture of the nearest leaf of a tree, pixels.
 fn largest(level: &Level, seen: &Seen) -> f32 {
     let nearest = (seen.distance - seen.radius).max(1e-3);
@@ -147,7 +183,7 @@ mod tests {
 
     fn seen(distance: f32) -> Seen {
         let visibility = Visibility { share: 1e-4, ..Visibility::default() };
-        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, visibility }
+        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, leaf_side: 0.03, visibility }
     }
 
     fn paper(h: f32) -> Simplification {
@@ -198,7 +234,40 @@ mod tests {
     fn a_half_gives_the_reduction_itself() {
         let level = paper(0.5).level(&seen(80.0));
         assert!((level.lambda - 1.0 / 16.0).abs() < 1e-6, "{level:?}");
-        assert!((level.contrast - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn contrast_goes_with_what_a_pixel_averages() {
+        // Leaves much smaller than a pixel: that of SFS. As large as several: all of it.
+        for lambda in [0.5, 0.06, 0.01] {
+            assert!((contrast(lambda, 1e-3, 1e9) / lambda.sqrt() - 1.0).abs() < 0.01);
+            assert!(contrast(lambda, 20.0, 4.0) > 0.97);
+        }
+        assert_eq!(contrast(1.0, 0.3, 4.0), 1.0);
+        let of = |contrast_pixels| {
+            Simplification { contrast_pixels, ..paper(0.5) }.level(&seen(80.0)).contrast
+        };
+        let side = 0.03 * 600.0 / 80.0;
+        assert!((of(None) - 0.25).abs() < 1e-6);
+        assert!((of(Some(1.0)) - contrast(1.0 / 16.0, side, 4.0)).abs() < 1e-6);
+        assert!((of(Some(2.0)) - contrast(1.0 / 16.0, side / 2.0, 16.0)).abs() < 1e-6);
+
+        // Squares of chance values, one beside the other, anywhere over a pixel of 60 points a side.
+        for side in [0.2f32, 0.7, 1.0, 2.5] {
+            let (mut sum, mut squares, rounds) = (0.0, 0.0, 3000);
+            for round in 0..rounds {
+                let draw = |i: u32| crate::rng::unit(crate::rng::hash(round, i));
+                let start = [draw(0), draw(1)].map(|u| u * side);
+                let cell = |i: u32, start: f32| ((start + (i as f32 + 0.5) / 60.0) / side) as u32;
+                let value = |x: u32, y: u32| draw(2 + 64 * cell(x, start[0]) + cell(y, start[1])) - 0.5;
+                let all: f32 = (0..3600).map(|i| value(i % 60, i / 60)).sum();
+                sum += all / 3600.0;
+                squares += (all / 3600.0).powi(2);
+            }
+            let rounds = rounds as f32;
+            let variance = 12.0 * (squares / rounds - (sum / rounds).powi(2));
+            assert!((variance / variance_left(side) - 1.0).abs() < 0.1, "{side}: {variance}");
+        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod visible;
 mod wood;
 
 pub use budget::FrameBudget;
-pub use level::{Level, Seen, area_scale, share_for};
+pub use level::{Level, Seen, area_scale, contrast, share_for, variance_left};
 pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shading::Shading;
 pub use shape::{LIT_AT_VERTICES, SIMPLE_BELOW, as_quad, simple_shapes};
@@ -43,6 +43,10 @@ pub struct Simplification {
     /// tree's own leaves have in the light and the view ([`Shading::mean_cosines`]);
     /// [`Simplification::PAPER_COSINE`] is the mean of SFS.
     pub mean_cosine: Option<f32>,
+    /// Side of the squares of pixels that are seen as one, pixels, above 0: contrasts are drawn together by as
+    /// much as their means are ([`contrast`]). 1, the default, for pictures that are shown as they are drawn; 2
+    /// for one that is halved before. `None` is SFS's equation 4, `√λ`, whatever the size of leaves.
+    pub contrast_pixels: Option<f32>,
     /// How leaves appear and vanish.
     pub fade: Fade,
     /// How far the surface of simplified wood may be from its place in the picture, pixels; 0 keeps
@@ -132,6 +136,7 @@ impl Simplification {
         color_contrast: true,
         shading_contrast: true,
         mean_cosine: None,
+        contrast_pixels: Some(1.0),
         fade: Fade {
             by: FadeBy::Size,
             range: FadeRange::Proportional(0.2),

@@ -1,11 +1,12 @@
 //! What the shading of a crown's leaves draws together towards as fewer of them are drawn (SFS, 4.3.2).
 
-use super::visible::seen_shares;
+use super::visible::open_areas;
 use crate::foliage::Foliage;
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 
-/// Means over the leaves of a crown that are seen from outside, each leaf by its visible area.
+/// Means over the leaves of a crown that are seen from outside, each leaf by the part of its area that others do
+/// not hide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
     /// [`crate::foliage::Leaf::ambient`] over the leaf's place in the crown, by least squares:
@@ -26,7 +27,7 @@ impl Default for Shading {
 impl Shading {
     /// Looks at a crown from five directions.
     pub fn of(foliage: &Foliage) -> Self {
-        let shares = seen_shares(foliage);
+        let shares = open_areas(foliage);
         let square = |v: Vec3| Mat3::from_cols(v * v.x, v * v.y, v * v.z);
         let extent = foliage.crown_extent();
         let mut normals = Mat3::ZERO;
@@ -69,10 +70,12 @@ impl Shading {
     /// Of leaves that lean in every direction alike, each seen by its projected area, they are
     /// `2/(3π) (sin α + (π - α) cos α)` and `2/(3π) (sin α - α cos α)`, where `α` is the angle between
     /// light and view: of a sphere, the one is Lambert's phase function, the other that of its far side
-    /// shining through. Leaves that lean otherwise have as much more or less as
-    /// [`Self::mean_cosine`] is over or under ½.
+    /// shining through. Leaves that lean otherwise are taken for such leaves stretched: `α` is the angle after
+    /// that, and they have as much more or less as [`Self::mean_cosine`] is over or under ½.
     pub fn mean_cosines(&self, light: Vec3, view: Vec3) -> [f32; 2] {
-        let cosine = light.dot(view).clamp(-1.0, 1.0);
+        let square = |a: Vec3, b: Vec3| a.dot(self.normals * b);
+        let lengths = (square(light, light) * square(view, view)).sqrt();
+        let cosine = (square(light, view) / lengths.max(1e-9)).clamp(-1.0, 1.0);
         let (angle, sine) = (cosine.acos(), (1.0 - cosine * cosine).sqrt());
         let scale = 4.0 / (3.0 * PI) * self.mean_cosine(light);
         [scale * (sine + (PI - angle) * cosine), scale * (sine - angle * cosine)]
@@ -151,6 +154,22 @@ mod tests {
                     / sum;
                 let found = shading.mean_cosine(light);
                 assert!((found / exact - 1.0).abs() < 0.1, "{species} {light}: {found}, {exact}");
+            }
+            // On the viewer's side, and from behind.
+            let light = Vec3::new(0.5, 0.6, 0.6).normalize();
+            for view in [Vec3::X, Vec3::Z, Vec3::new(0.7, 0.1, -0.7).normalize()] {
+                let (mut sides, mut facing) = ([0.0; 2], 0.0);
+                for (leaf, s) in foliage.leaves.iter().zip(&seen) {
+                    let normal = leaf.orientation * Vec3::Y;
+                    let area = s * normal.dot(view).abs();
+                    let cosine = normal.dot(light) * normal.dot(view).signum();
+                    facing += area;
+                    sides[usize::from(cosine < 0.0)] += area * cosine.abs();
+                }
+                for (found, sum) in shading.mean_cosines(light, view).into_iter().zip(sides) {
+                    let exact = sum / facing;
+                    assert!((found - exact).abs() < 0.03, "{species} {view}: {found}, {exact}");
+                }
             }
             let mean = |of: &dyn Fn(&Leaf) -> f32| {
                 foliage.leaves.iter().zip(&seen).map(|(l, s)| of(l) * s).sum::<f32>() / sum

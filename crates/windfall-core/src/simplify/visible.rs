@@ -128,11 +128,23 @@ pub fn visible_areas(foliage: &Foliage) -> Vec<f32> {
         .collect()
 }
 
-/// How much of what is seen of a crown each leaf is, in prune order, in no particular unit.
-pub(super) fn seen_shares(foliage: &Foliage) -> Vec<f32> {
+/// The part of each leaf's area that others do not hide, square metres, in prune order. Its own area and not
+/// what is seen of it: from a few sides, leaves that face one of them would count for more.
+pub(super) fn open_areas(foliage: &Foliage) -> Vec<f32> {
     let Some(mut film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
     let count = film.count(foliage, foliage.leaves.len(), 1.0, &few_sides());
-    count.iter().map(|c| c.seen as f32).collect()
+    let areas: Vec<f32> = foliage.shapes.iter().map(LeafShape::area).collect();
+    let area = |leaf: &Leaf| leaf.scale * leaf.scale * areas[leaf.shape as usize];
+    let leaves = foliage.leaves.iter().zip(seen_parts(&count));
+    leaves.map(|(leaf, part)| area(leaf) * part).collect()
+}
+
+/// Of each leaf the part that is seen, `0..=1`. A leaf too small to be met by any sample is seen as much as
+/// the others.
+fn seen_parts(count: &[Count]) -> impl Iterator<Item = f32> {
+    let (drawn, seen) = Count::sum(count);
+    let mean = seen as f32 / drawn.max(1) as f32;
+    count.iter().map(move |c| if c.drawn > 0 { c.seen as f32 / c.drawn as f32 } else { mean })
 }
 
 /// How much of the sky each leaf sees through the crown, `0..=1`, in prune order: of what it turns
@@ -145,12 +157,7 @@ pub fn openness(foliage: &Foliage) -> Vec<f32> {
     let Some(mut film) = Film::around(foliage, 1.0) else {
         return vec![1.0; foliage.leaves.len()];
     };
-    let count = film.count(foliage, foliage.leaves.len(), 1.0, &sky(SKY));
-    // A leaf too small to be met by any sample is as open as the others.
-    let (drawn, seen) = Count::sum(&count);
-    let mean = seen as f32 / drawn.max(1) as f32;
-    let share = |c: &Count| if c.drawn > 0 { c.seen as f32 / c.drawn as f32 } else { mean };
-    count.iter().map(share).collect()
+    seen_parts(&film.count(foliage, foliage.leaves.len(), 1.0, &sky(SKY))).collect()
 }
 
 /// Unit directions from the crown to where it is looked at from: eight at the horizon, four a third

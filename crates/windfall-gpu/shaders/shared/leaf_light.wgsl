@@ -43,6 +43,12 @@ fn leaf_gloss(normal: vec3<f32>, facing: f32, light: vec3<f32>, view: vec3<f32>)
     return a2 / (PI * d * d) * visibility * wax_fresnel(max(dot(view, half_way), 0.0)) * facing;
 }
 
+// The gloss of leaves that lean in every direction alike, in the mean over those that are seen.
+fn mean_gloss(light: vec3<f32>, view: vec3<f32>) -> f32 {
+    let cosine = max(dot(view, normalize(light + view + vec3(0.0, 1e-4, 0.0))), 0.0);
+    return wax_fresnel(cosine) / (4.0 * PI) * 2.16 * cosine / (1.0 + cosine);
+}
+
 // What leaves at a place of the crown have of the ambient light in the mean: the twin of
 // windfall_core::simplify::Shading::ambient_at.
 fn ambient_at(ambient: vec3<f32>, from_center: vec3<f32>) -> f32 {

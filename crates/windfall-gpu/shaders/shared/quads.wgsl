@@ -16,8 +16,8 @@ fn unpack_radiance(packed: u32) -> vec3<f32> {
     return vec3(f32(packed & 511u), f32((packed >> 9u) & 511u), f32((packed >> 18u) & 511u)) * scale;
 }
 
-fn quad_corner(clip: vec4<f32>, radiance: vec3<f32>) -> vec4<u32> {
+fn quad_corner(clip: vec4<f32>, radiance: u32) -> vec4<u32> {
     // What is nowhere lies behind the camera.
     let at = select(clip.xyw, vec3(0.0, 0.0, -1.0), clip.z < 0.0);
-    return vec4(bitcast<vec3<u32>>(at), pack_radiance(radiance));
+    return vec4(bitcast<vec3<u32>>(at), radiance);
 }

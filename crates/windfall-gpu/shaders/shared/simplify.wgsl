@@ -25,7 +25,7 @@ fn fade_radius(list: TreeList, lambda: f32) -> f32 {
         case 3u: { radius *= lambda; }
         default: {}
     }
-    return select(radius, min(radius, 1.0 - lambda), (list.fade_flags & 1u) != 0u);
+    return select(radius, min(radius, 1.0 - lambda), (list.flags & 1u) != 0u);
 }
 
 // Crown.disocclusion at a level: straight over its logarithm.
@@ -53,11 +53,32 @@ fn share_for(crown: Crown, s: f32) -> f32 {
     return lambda;
 }
 
+// Of a pixel.
+const SAMPLES: f32 = 4.0;
+
+// What a pixel's mean leaves of the variance between leaves as large as squares of `side` pixels.
+fn variance_left(side: f32) -> f32 {
+    let along = select(side * (1.0 - side / 3.0), 1.0 - 1.0 / (3.0 * side), side >= 1.0);
+    return along * along;
+}
+
+// What is left of the contrast between leaves: equation 4, for leaves that may be as large as pixels. `pixel` is
+// the size of a pixel at the leaves, metres.
+fn contrast(list: TreeList, lambda: f32, leaf_side: f32, pixel: f32) -> f32 {
+    if list.contrast_pixels <= 0.0 {
+        return sqrt(lambda);
+    }
+    let side = max(leaf_side / (pixel * list.contrast_pixels), 1e-3);
+    let samples = SAMPLES * list.contrast_pixels * list.contrast_pixels;
+    let left = variance_left(side * inverseSqrt(lambda));
+    return sqrt(variance_left(side) / (left + (1.0 - left) * (1.0 - lambda) / samples));
+}
+
 // `scale` is the tree's, on the model's lengths.
 fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Level {
     let away = max(distance(center, list.eye), 1e-3);
     let seen = crown.radius * scale * list.pixels / away;
-    let b = min(select(list.reduction / (away * away), list.reduction * seen * seen, list.by_area == 1u), 1.0);
+    let b = min(select(list.reduction / (away * away), list.reduction * seen * seen, (list.flags & 4u) != 0u), 1.0);
     // 0^0 and the rounding of pow: a tree in full is exactly that.
     let wanted = select(pow(b, list.exponent), 1.0, b >= 1.0 || list.exponent == 0.0);
     if wanted >= 1.0 {
@@ -73,7 +94,8 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
         }
         growth = min(sqrt(area_scale(crown, lambda)), most);
     }
-    return Level(lambda, fade_radius(list, lambda), growth, sqrt(lambda));
+    let left = contrast(list, lambda, crown.leaf_side * scale, away / list.pixels);
+    return Level(lambda, fade_radius(list, lambda), growth, left);
 }
 
 // Whether the leaves of a tree are drawn in few triangles: windfall_core::simplify::Simplification::simple.
@@ -89,5 +111,5 @@ fn largest_leaf(list: TreeList, crown: Crown, level: Level, scale: f32, center: 
 
 // The rank at which leaves are gone; above it nothing is drawn.
 fn fade_end(list: TreeList, level: Level) -> f32 {
-    return level.lambda + select(level.radius, 0.0, (list.fade_flags & 2u) != 0u);
+    return level.lambda + select(level.radius, 0.0, (list.flags & 2u) != 0u);
 }

@@ -33,7 +33,7 @@ const SHARED: [&str; 6] = [
 ];
 
 fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGroupLayout {
-    // Uniforms of the falls come first, then the tables; those of the lists of trees last.
+    // Uniforms of the falls come first, then the tables; those of the lists of trees and the work last.
     let buffer =
         |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let uniform = buffer(wgpu::BufferBindingType::Uniform);
@@ -46,7 +46,7 @@ fn layout(device: &wgpu::Device, label: &str, writable: &[bool]) -> wgpu::BindGr
     let entries: Vec<wgpu::BindGroupLayoutEntry> = [uniform, tables]
         .into_iter()
         .chain(writable.iter().map(storage))
-        .chain([uniform])
+        .chain([uniform, storage(&true)])
         .zip(0..)
         .map(|(ty, binding)| wgpu::BindGroupLayoutEntry {
             binding,

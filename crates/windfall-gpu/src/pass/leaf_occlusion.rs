@@ -169,7 +169,7 @@ impl Counter {
 }
 
 impl Falls {
-    /// What leaf occlusion needs; `sights` are words among the slots.
+    /// What leaf occlusion needs; `sights` is a word for each slot.
     pub fn occlusion(
         &self,
         device: &wgpu::Device,

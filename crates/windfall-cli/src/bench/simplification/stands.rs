@@ -103,18 +103,20 @@ pub fn paper(h: f32, d0: f32) -> Simplification {
 /// The trees of a view: index of the instance, and how it is seen.
 pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usize, Seen)> {
     let frustum = Frustum::new(view.camera.clip_from_world(width as f32 / height as f32));
-    let bounds: Vec<(Vec3, f32, f32)> = stage
+    let bounds: Vec<(Vec3, f32, f32, f32)> = stage
         .trees
         .iter()
         .map(|tree| {
             let (low, high) = tree.bounds();
-            ((low + high) * 0.5, (high - low).length() * 0.5, leaf_length(tree))
+            let foliage = &tree.foliage;
+            let radius = (high - low).length() * 0.5;
+            ((low + high) * 0.5, radius, foliage.leaf_length(), foliage.leaf_side())
         })
         .collect();
     let instances = stage.forest.instances.iter().enumerate();
     instances
         .filter_map(|(i, instance)| {
-            let (center, radius, leaf_length) = bounds[instance.model as usize];
+            let (center, radius, leaf_length, leaf_side) = bounds[instance.model as usize];
             let center = instance.world_from_tree(center);
             let radius = radius * instance.scale;
             let foliage = &stage.trees[instance.model as usize].foliage;
@@ -124,6 +126,7 @@ pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usi
                     pixels: view.camera.pixels(height),
                     radius,
                     leaf_length: leaf_length * instance.scale,
+                    leaf_side: leaf_side * instance.scale,
                     visibility: Visibility {
                         share: foliage.visible_share,
                         disocclusion: foliage.disocclusion,
@@ -133,14 +136,6 @@ pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usi
             })
         })
         .collect()
-}
-
-fn leaf_length(tree: &Tree) -> f32 {
-    let foliage = &tree.foliage;
-    let length = |l: &windfall_core::foliage::Leaf| {
-        2.0 * l.scale * foliage.shapes[l.shape as usize].radius()
-    };
-    foliage.leaves.iter().map(length).sum::<f32>() / foliage.leaves.len().max(1) as f32
 }
 
 /// Vertices of the trees of a view, unsimplified.

@@ -105,7 +105,9 @@ enum Model {
 /// candidates'.
 fn of_samples(detail: Simplification) -> Simplification {
     let growth = Growth { pixels: detail.growth.pixels * SUPER as f32, ..detail.growth };
-    Simplification { growth, wood_pixels: detail.wood_pixels * SUPER as f32, ..detail }
+    let contrast_pixels = detail.contrast_pixels.map(|pixels| pixels * SUPER as f32);
+    let wood_pixels = detail.wood_pixels * SUPER as f32;
+    Simplification { growth, contrast_pixels, wood_pixels, ..detail }
 }
 
 /// All that are compared at the distance of a level.
@@ -138,6 +140,7 @@ fn candidates() -> Vec<Candidate> {
         of("no contrast", plain),
         of("no colour contrast", Simplification { color_contrast: false, ..default }),
         of("no shading contrast", Simplification { shading_contrast: false, ..default }),
+        of("contrast of equation 4", Simplification { contrast_pixels: None, ..default }),
         of("cosine 1/2", Simplification { mean_cosine: Some(0.5), ..default }),
         of(
             "cosine 2/pi",
