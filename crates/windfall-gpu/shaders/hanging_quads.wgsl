@@ -64,18 +64,17 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let size = tree.fade_growth.z * sqrt(seen);
-    // Lit once: where, and as it is in the mean of its corners.
+    // Lit once, in the mean of its corners, which have one normal.
     var corners: array<vec4<f32>, 4>;
     var middle: Varyings;
     var reach = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let at = 10u * (first + i);
         let offset = size * vec3(unpack2x16float(leaf_vertices[at + 4u]), unpack2x16float(leaf_vertices[at + 5u]).x);
-        let normal = unpack4x8snorm(leaf_vertices[at + 6u]).xyz;
-        let corner = hanging_vertex(leaf.center, offset, normal, tree);
+        let corner = hanging_vertex(leaf.center, offset, leaf.normal.xyz, tree);
         corners[i] = corner.clip;
         middle.world += 0.25 * corner.world;
-        middle.normal += 0.25 * corner.normal;
+        middle.normal = corner.normal;
         if far {
             reach += 0.25 * far_reach(corner.world, offset, tree);
         }

@@ -282,7 +282,7 @@ fn loose_varyings(
     out.ambient = color.w;
     out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
     if lit_at_vertices {
-        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
+        out.color = radiance_at_vertex(out);
     }
     out.world = world;
     return out;
@@ -436,6 +436,12 @@ fn solid_color(in: Varyings) -> vec4<f32> {
         albedo = textured(in, surface).rgb;
     }
     return vec4(seen_radiance(in, albedo), 1.0);
+}
+
+// Small loose leaves: all their corners have the same radiance.
+@fragment
+fn small(in: Varyings) -> @location(0) vec4<f32> {
+    return vec4(in.color, 1.0);
 }
 
 fn tinted(color: vec3<f32>, surface: Surface) -> vec3<f32> {

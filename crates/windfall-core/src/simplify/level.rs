@@ -146,14 +146,15 @@ pub fn share_for(s: f32, r: f32) -> f32 {
 }
 
 /// `α` of equation 4, `0..=1`: what is left of the contrast between leaves of which the share `lambda` is
-/// drawn, and each shows in the mean as much as a square of `side` pixels before that.
+/// drawn, and each of the whole tree's shows in the mean as much as a square of `side` pixels.
 ///
 /// SFS takes `√λ`: the mean over a pixel of a share `λ` of the leaves, each with an area of `1/λ` times its own,
-/// has `1/λ` times the variance. So it is of leaves that are much smaller than a pixel. Those that are as large
-/// have little of a mean in them, before or after: their contrast stays. Between, it is the root of what a
-/// pixel's mean leaves of the variance ([`variance_left`]) before over what it leaves after. The mean of so many
-/// `samples` leaves more than that of the whole pixel, of which the fewer leaves are spared what is not the
-/// tree's own.
+/// has `1/λ` times the variance. So it is of leaves that are much smaller than a pixel. Of those that are as
+/// large, a pixel has few before and after: their contrast stays. Between, it is the root of what a pixel's mean
+/// leaves of the variance ([`variance_left`]) before over what it leaves after.
+///
+/// A pixel of few `samples` leaves more of it than its mean would. A whole tree is drawn with that noise; the
+/// farther a tree is simplified, the more of it is taken off as well.
 pub fn contrast(lambda: f32, side: f32, samples: f32) -> f32 {
     let side = side.max(1e-3);
     let left = variance_left(side / lambda.sqrt());

@@ -139,7 +139,7 @@ impl Falls {
             change: compute("change"),
             solid: draw("loose leaves", Some("solid"), false, radiance, 0.0),
             masked: draw("masked loose leaves", Some("masked"), true, radiance, 0.0),
-            small: draw("small loose leaves", Some("solid"), false, radiance, 1.0),
+            small: draw("small loose leaves", Some("small"), false, radiance, 1.0),
             solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow, 0.0),
             masked_shadow: draw(
                 "masked loose leaf shadow",

@@ -99,7 +99,7 @@ impl Placing<'_> {
         let plain = pipeline(solid, false, 0.0);
         Pipelines {
             masked: pipeline(masked, pictured, 0.0),
-            small: if pictured { pipeline(solid, false, 1.0) } else { plain.clone() },
+            small: if pictured { pipeline(Some("small"), false, 1.0) } else { plain.clone() },
             solid: plain,
         }
     }
