@@ -305,8 +305,7 @@ impl Trees {
                     sin_yaw: tree.sin_yaw,
                     season_offset: tree.season_offset,
                     lambda: level.lambda,
-                    fade_end: level.lambda
-                        + if list.flags & 2 != 0 { 0.0 } else { level.radius },
+                    fade_end: level.lambda + if list.flags & 2 != 0 { 0.0 } else { level.radius },
                     fade_slope: 0.5 / level.radius.max(1e-9),
                     growth: level.growth,
                     contrast: level.contrast,

@@ -497,7 +497,9 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         "the leaves' part over the bare draws     {:.2}, {:.2}",
         many.leaves_over_bare_draw, many.leaves_over_bare_simple
     );
-    println!("memory a leaf: {SLOT_BYTES} bytes of state; of a frame 4 to list it if it changes, 32 to draw it");
+    println!(
+        "memory a leaf: {SLOT_BYTES} bytes of state; of a frame 4 to list it if it changes, 32 to draw it"
+    );
     Ok(many)
 }
 

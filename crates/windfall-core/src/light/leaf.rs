@@ -92,7 +92,8 @@ mod tests {
                 let normal = v * v.dot(view).signum();
                 let facing = normal.dot(light);
                 seen += normal.dot(view);
-                sum += normal.dot(view) * scatter(Vec3::ZERO, normal, facing, 0.0, 0.0, light, view).x;
+                sum +=
+                    normal.dot(view) * scatter(Vec3::ZERO, normal, facing, 0.0, 0.0, light, view).x;
             }
             let ratio = mean_gloss(light, view) / (sum / seen);
             assert!((ratio - 1.0).abs() < 0.1, "{degrees}: {ratio}");

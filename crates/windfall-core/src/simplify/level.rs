@@ -184,7 +184,14 @@ mod tests {
 
     fn seen(distance: f32) -> Seen {
         let visibility = Visibility { share: 1e-4, ..Visibility::default() };
-        Seen { distance, pixels: 600.0, radius: 5.0, leaf_length: 0.08, leaf_side: 0.03, visibility }
+        Seen {
+            distance,
+            pixels: 600.0,
+            radius: 5.0,
+            leaf_length: 0.08,
+            leaf_side: 0.03,
+            visibility,
+        }
     }
 
     fn paper(h: f32) -> Simplification {
@@ -260,7 +267,8 @@ mod tests {
                 let draw = |i: u32| crate::rng::unit(crate::rng::hash(round, i));
                 let start = [draw(0), draw(1)].map(|u| u * side);
                 let cell = |i: u32, start: f32| ((start + (i as f32 + 0.5) / 60.0) / side) as u32;
-                let value = |x: u32, y: u32| draw(2 + 64 * cell(x, start[0]) + cell(y, start[1])) - 0.5;
+                let value =
+                    |x: u32, y: u32| draw(2 + 64 * cell(x, start[0]) + cell(y, start[1])) - 0.5;
                 let all: f32 = (0..3600).map(|i| value(i % 60, i / 60)).sum();
                 sum += all / 3600.0;
                 squares += (all / 3600.0).powi(2);
