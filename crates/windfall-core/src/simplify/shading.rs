@@ -155,9 +155,14 @@ mod tests {
                 let found = shading.mean_cosine(light);
                 assert!((found / exact - 1.0).abs() < 0.1, "{species} {light}: {found}, {exact}");
             }
-            // On the viewer's side, and from behind.
-            let light = Vec3::new(0.5, 0.6, 0.6).normalize_or(Vec3::Y);
-            for view in [Vec3::X, Vec3::Z, Vec3::new(0.7, 0.1, -0.7).normalize_or(Vec3::X)] {
+            // On the viewer's side, and from behind, whatever the light: 0.03 of cosines that are 0.5 together.
+            let (mut apart, mut count) = (0.0, 0);
+            for (height, turn) in
+                [0.15f32, 0.6, 1.2].into_iter().flat_map(|h| (0..8).map(move |t| (h, t)))
+            {
+                let (sin, cos) = (turn as f32 / 8.0 * 2.0 * PI).sin_cos();
+                let light = Vec3::new(sin * height.cos(), height.sin(), cos * height.cos());
+                let view = Vec3::new(0.0, 0.15, 1.0).normalize_or(Vec3::Z);
                 let (mut sides, mut facing) = ([0.0; 2], 0.0);
                 for (leaf, s) in foliage.leaves.iter().zip(&seen) {
                     let normal = leaf.orientation * Vec3::Y;
@@ -166,11 +171,11 @@ mod tests {
                     facing += area;
                     sides[usize::from(cosine < 0.0)] += area * cosine.abs();
                 }
-                for (found, sum) in shading.mean_cosines(light, view).into_iter().zip(sides) {
-                    let exact = sum / facing;
-                    assert!((found - exact).abs() < 0.03, "{species} {view}: {found}, {exact}");
-                }
+                let found = shading.mean_cosines(light, view).into_iter().zip(sides);
+                apart += found.map(|(found, sum)| (found - sum / facing).abs()).sum::<f32>();
+                count += 1;
             }
+            assert!(apart < 0.03 * count as f32, "{species}: {}", apart / count as f32);
             let mean = |of: &dyn Fn(&Leaf) -> f32| {
                 foliage.leaves.iter().zip(&seen).map(|(l, s)| of(l) * s).sum::<f32>() / sum
             };
