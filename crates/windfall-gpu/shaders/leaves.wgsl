@@ -24,12 +24,13 @@ struct Varyings {
     // Of outlines that are lit at their vertices, their radiance.
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
-    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves that are lit once, their
-    // radiance. Within the leaf: of one that covers no pixel's middle, that of its plane there may be many
+    // What reaches the leaf of the sun, of one far away, in `w`. Of leaves on twigs that are lit
+    // once, their radiance. Within the leaf: of one that covers no pixel's middle, that of its plane there may be many
     // times what any of its corners has.
     @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
-    // Of outlines that are lit at their vertices, the most that their radiance may be.
+    // Of outlines that are lit at their vertices, the most that their radiance may be; of small loose leaves their
+    // radiance.
     @location(4) @interpolate(flat) color: vec3<f32>,
     // Index of its surface in the lowest byte; above it the leaf's bent normal, which tells it from others.
     @location(5) @interpolate(flat) material: u32,

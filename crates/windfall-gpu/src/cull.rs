@@ -553,6 +553,7 @@ mod tests {
         let by_area = Simplification {
             reduction: Reduction::ProjectedArea { b0: 2000.0 },
             color_contrast: false,
+            contrast_pixels: None,
             fade: Fade { by: FadeBy::Opacity, full_at_one: false, ..Fade::default() },
             ..near
         };

@@ -37,9 +37,6 @@ pub(crate) const THREADS: u32 = 64;
 pub(crate) const GROUP: u32 = 256;
 const _: () = assert!(GROUP == 4 * THREADS, "`pose` has four slots a thread");
 
-/// Of a slot: two vectors.
-const SLOT_BYTES: u64 = 32;
-
 /// Words after the indirect arguments that count leaves (`shaders/falls.wgsl`).
 pub(crate) const TALLIES: usize = 12;
 
@@ -107,6 +104,10 @@ impl Default for Falls {
 }
 
 impl Falls {
+    /// Device memory of the state of a leaf in the air or on the ground with [`Strategy::Compute`], bytes: what
+    /// lasts from frame to frame, two vectors a slot.
+    pub const STATE_BYTES: u64 = 32;
+
     /// A still forest: no leaf ever falls.
     pub fn none() -> Self {
         Self { shedding: Shedding::never(), capacity: 0, ..Self::default() }
@@ -282,7 +283,7 @@ impl GpuFalls {
         let sight_bytes = (work_vectors * 16).next_multiple_of(alignment);
         frame.sight_first = (sight_bytes / 16) as u32;
         let of_shaders = wgpu::BufferUsages::empty();
-        let slot_buffer = empty("leaf slots", slots * SLOT_BYTES, of_shaders);
+        let slot_buffer = empty("leaf slots", slots * Falls::STATE_BYTES, of_shaders);
         let work = empty("work on leaves", sight_bytes + watched * 4 + 16, of_shaders);
         let drawn = empty(
             "loose leaves",

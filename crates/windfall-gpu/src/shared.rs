@@ -281,6 +281,7 @@ gpu_struct! {
         pub leaf_side: f32,
         /// Twice xy, yz, zx.
         pub normal_products: Vec3,
+        /// Unused.
         pub padding: f32,
     }
 }

@@ -22,8 +22,6 @@ use windfall_scenes::Stage;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
 const WARM_UP: u32 = 3;
-/// Device memory of the state of a leaf in the air or on the ground.
-const SLOT_BYTES: u64 = 32;
 /// Frames of the whole walk (VB: "more than 3000").
 const WALK: f32 = 3000.0;
 
@@ -476,7 +474,7 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         bare_simple_ms,
         frame_ms,
         frame_without_ms,
-        slot_bytes: SLOT_BYTES as u32,
+        slot_bytes: Falls::STATE_BYTES as u32,
         draw_bytes: 32,
     };
     println!(
@@ -498,7 +496,8 @@ fn many(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Many> {
         many.leaves_over_bare_draw, many.leaves_over_bare_simple
     );
     println!(
-        "memory a leaf: {SLOT_BYTES} bytes of state; of a frame 4 to list it if it changes, 32 to draw it"
+        "memory a leaf: {} bytes of state; of a frame 4 to list it if it changes, 32 to draw it",
+        Falls::STATE_BYTES
     );
     Ok(many)
 }
@@ -509,7 +508,7 @@ fn counts(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Counts> {
     let mut points = Vec::new();
     // Where the adapter binds no buffer of so many slots, as many as it does, in whole trees.
     let limit = gpu.device.limits().max_storage_buffer_binding_size;
-    let most = args.most.min(((limit / SLOT_BYTES) >> 16 << 16) as u32);
+    let most = args.most.min(((limit / Falls::STATE_BYTES) >> 16 << 16) as u32);
     let mut count = 1 << 10;
     while count <= most {
         let stage = shower(count);

@@ -406,6 +406,16 @@ mod tests {
     }
 
     #[test]
+    fn leaves_show_half_of_their_area_in_the_mean() {
+        let mut foliage = squares(&[Vec3::ZERO, Vec3::X]);
+        foliage.leaves[1].scale = 2.0;
+        // Of 1 and 4 square metres; diagonals of 1.41 and 2.83 m.
+        assert!((foliage.leaf_side() - 1.25f32.sqrt()).abs() < 1e-6);
+        assert!((foliage.leaf_length() - 1.5 * 2f32.sqrt()).abs() < 1e-6);
+        assert_eq!([Foliage::default().leaf_side(), Foliage::default().leaf_length()], [0.0; 2]);
+    }
+
+    #[test]
     fn crowns_cover_as_much_with_leaves_of_two_triangles() {
         for species in [Species::Oak, Species::Birch, Species::Maple] {
             let whole = species.grow_with(1, 4000).foliage;
