@@ -50,6 +50,8 @@ override lit_at_vertices: bool = false;
 // Whether each vertex is lit for itself, and the pixels between them have what lies between; if not, a leaf is
 // lit once, as those are that are a few pixels wide.
 override outlines: bool = false;
+// Whether pixels between lit vertices have the midrib and the margin for themselves.
+override patterned: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
@@ -216,7 +218,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
 // has there may be anything, and is kept within what the leaf may have.
 fn lit_outline(in: Varyings) -> Varyings {
     var out = in;
-    let margin = smoothstep(0.22, 0.5, abs(in.uv.x - 0.5));
+    let margin = select(smoothstep(0.22, 0.5, abs(in.uv.x - 0.5)), 0.0, patterned);
     let albedo = dried(tinted(in.color, surface_of(in.material)), margin, in.material);
     out.world = in_the_air(leaf_radiance(in, albedo, 0.0), in.world);
     let leaf = leaf_diffuse(albedo);
@@ -391,7 +393,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     var shade = 1.0 + 0.35 * rib * 0.022 / (0.022 + pixel);
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
     let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
-    if pixel < 0.12 && has(VEINS) {
+    if !patterned && pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(leaf, 4u);
         let left = select(0.0, 0.5, uv.x < 0.5);
@@ -426,7 +428,11 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 
 fn solid_color(in: Varyings) -> vec4<f32> {
     if outlines {
-        return vec4(clamp(in.world, vec3(0.0), in.color), 1.0);
+        var radiance = clamp(in.world, vec3(0.0), in.color);
+        if patterned && frame.show != SHOW_COVERAGE {
+            radiance = venation(in.uv, radiance, in.material);
+        }
+        return vec4(radiance, 1.0);
     }
     if lit_at_vertices {
         return in.bent_normal_reach;

@@ -14,7 +14,11 @@ pub struct Quality {
     pub penumbrae: bool,
     /// Whether trees move in the wind.
     pub sway: bool,
-    /// Whether near leaves have veins and blotches.
+    /// Whether leaves that are more than a few pixels wide are lit in each pixel. If not, they are lit at their
+    /// vertices, and have midribs and margins, but neither veins nor blotches. Leaves with pictures are
+    /// always lit in pixels.
+    pub pixel_lighting: bool,
+    /// Whether near leaves that are lit in pixels have veins and blotches.
     pub veins: bool,
     /// Whether leaves are glossy.
     pub gloss: bool,
@@ -41,6 +45,7 @@ impl Quality {
         shadow_taps: 4,
         penumbrae: false,
         sway: true,
+        pixel_lighting: false,
         veins: false,
         gloss: false,
         transmission: true,
@@ -55,6 +60,7 @@ impl Quality {
     pub const MEDIUM: Self = Self {
         shadow_size: 2048,
         shadow_taps: 8,
+        pixel_lighting: true,
         veins: true,
         gloss: true,
         ground_detail: true,

@@ -536,9 +536,8 @@ impl Renderer {
             pass.set_bind_group(0, &self.shadow_frames[i].group, &[]);
             let size = cascade.size as f32;
             pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
-            let fade = view.shadow_detail.fade.by;
             self.wood.draw(&mut pass, forest, wood(i + 1), DrawTarget::Shadow);
-            self.leaves.draw(&mut pass, forest, leaves(i + 1), fade, DrawTarget::Shadow);
+            self.leaves.draw(&mut pass, forest, leaves(i + 1), view, DrawTarget::Shadow);
             // What lies or falls farther away is too small to shade anything.
             if i < 2 {
                 if let Some(listed) = listed {
@@ -557,8 +556,7 @@ impl Renderer {
         };
         spread(&mut scope);
         let draw_leaves = |pass: &mut wgpu::RenderPass<'_>| {
-            let fade = view.detail.fade.by;
-            self.leaves.draw(pass, forest, leaves(0), fade, DrawTarget::Radiance);
+            self.leaves.draw(pass, forest, leaves(0), view, DrawTarget::Radiance);
             if let Some(quads) = quads {
                 self.quads.draw(pass, quads);
             }

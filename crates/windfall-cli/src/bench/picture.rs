@@ -75,12 +75,13 @@ enum Part {
 type Switch = fn(&mut View);
 
 /// Each effect of the highest preset, with its switch.
-const EFFECTS: [(&str, Switch); 17] = [
+const EFFECTS: [(&str, Switch); 18] = [
     ("shadows", |v| v.shadows = false),
     ("shadow maps of 2048, not 1024", |v| v.quality.shadow_size = 1024),
     ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.penumbrae) = (4, false)),
     ("penumbrae", |v| v.quality.penumbrae = false),
     ("sway", |v| v.quality.sway = false),
+    ("lighting of leaves in pixels", |v| v.quality.pixel_lighting = false),
     ("veins", |v| v.quality.veins = false),
     ("gloss", |v| v.quality.gloss = false),
     ("transmission", |v| v.quality.transmission = false),
@@ -252,6 +253,7 @@ mod tests {
             shadow_taps,
             penumbrae,
             sway,
+            pixel_lighting,
             veins,
             gloss,
             transmission,
@@ -263,7 +265,7 @@ mod tests {
             reconstruction,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
-        let on = [penumbrae, sway, veins, gloss, transmission, openness, ground_detail];
+        let on = [penumbrae, sway, pixel_lighting, veins, gloss, transmission, openness, ground_detail];
         let also = [bark_relief, grass, backdrop, reconstruction];
         assert!(!on.contains(&true) && !also.contains(&true));
         assert!(!off.shadows && off.sky.haze == 0.0 && off.sky.clouds == 0.0);

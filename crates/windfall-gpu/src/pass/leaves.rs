@@ -8,6 +8,7 @@ use super::{
 use crate::cull::WHOLE_PARTS;
 use crate::forest::GpuForest;
 use crate::model::{LeafVertex, Part};
+use crate::view::View;
 use windfall_core::simplify::FadeBy;
 
 pub(crate) struct Leaves {
@@ -15,10 +16,11 @@ pub(crate) struct Leaves {
     shadow: Pipelines,
 }
 
-/// Pipelines of trees that are near, of those less near, whose leaves are lit at their vertices, of those
-/// whose leaves are small, and of simplified trees.
+/// Pipelines of trees that are near, the second where quality has no lighting in pixels, of those less near,
+/// whose leaves are lit at their vertices, of those whose leaves are small, and of simplified trees.
 struct Pipelines {
     near: Kinds,
+    patterned: Kinds,
     at_vertices: Kinds,
     small: Kinds,
     by_size: Kinds,
@@ -29,6 +31,8 @@ struct Pipelines {
 #[derive(Clone, Copy, PartialEq)]
 enum Lit {
     InPixels,
+    /// In pixels they have only their pattern.
+    Patterned,
     AtVertices,
     Once,
 }
@@ -62,7 +66,8 @@ impl Leaves {
                     constants: &[
                         ("far", f64::from(u8::from(far))),
                         ("lit_at_vertices", (lit != Lit::InPixels).into()),
-                        ("outlines", (lit == Lit::AtVertices).into()),
+                        ("outlines", matches!(lit, Lit::Patterned | Lit::AtVertices).into()),
+                        ("patterned", (lit == Lit::Patterned).into()),
                         ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
                     ],
                 })
@@ -79,7 +84,7 @@ impl Leaves {
         };
         let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
         let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
-        let [at_vertices, small] = [Lit::AtVertices, Lit::Once].map(|lit| {
+        let [patterned, at_vertices, small] = [Lit::Patterned, Lit::AtVertices, Lit::Once].map(|lit| {
             let mut kinds = near.clone();
             kinds[0] = pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
             kinds
@@ -89,6 +94,7 @@ impl Leaves {
         Self {
             radiance: Pipelines {
                 near,
+                patterned,
                 at_vertices,
                 small,
                 by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
@@ -101,6 +107,7 @@ impl Leaves {
                 ),
             },
             shadow: Pipelines {
+                patterned: near_shadow.clone(),
                 at_vertices: near_shadow.clone(),
                 small: near_shadow.clone(),
                 near: near_shadow,
@@ -115,16 +122,21 @@ impl Leaves {
         pass: &mut wgpu::RenderPass<'_>,
         forest: &GpuForest,
         trees: ListedTrees<'_>,
-        fade: FadeBy,
+        view: &View,
         into: DrawTarget,
     ) {
-        let pipelines = if into == DrawTarget::Shadow { &self.shadow } else { &self.radiance };
-        let far = match fade {
+        let (pipelines, detail) = if into == DrawTarget::Shadow {
+            (&self.shadow, &view.shadow_detail)
+        } else {
+            (&self.radiance, &view.detail)
+        };
+        let far = match detail.fade.by {
             FadeBy::Size => &pipelines.by_size,
             FadeBy::Opacity => &pipelines.by_opacity,
         };
+        let near = if view.quality.pixel_lighting { &pipelines.near } else { &pipelines.patterned };
         for (pipelines, parts) in [
-            (&pipelines.near, 0..1),
+            (near, 0..1),
             (&pipelines.at_vertices, 1..2),
             (&pipelines.small, 2..WHOLE_PARTS),
             (far, WHOLE_PARTS..u32::MAX),
