@@ -265,7 +265,8 @@ mod tests {
             reconstruction,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
-        let on = [penumbrae, sway, pixel_lighting, veins, gloss, transmission, openness, ground_detail];
+        let on =
+            [penumbrae, sway, pixel_lighting, veins, gloss, transmission, openness, ground_detail];
         let also = [bark_relief, grass, backdrop, reconstruction];
         assert!(!on.contains(&true) && !also.contains(&true));
         assert!(!off.shadows && off.sky.haze == 0.0 && off.sky.clouds == 0.0);

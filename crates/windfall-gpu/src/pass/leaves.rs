@@ -84,11 +84,13 @@ impl Leaves {
         };
         let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
         let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
-        let [patterned, at_vertices, small] = [Lit::Patterned, Lit::AtVertices, Lit::Once].map(|lit| {
-            let mut kinds = near.clone();
-            kinds[0] = pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
-            kinds
-        });
+        let [patterned, at_vertices, small] =
+            [Lit::Patterned, Lit::AtVertices, Lit::Once].map(|lit| {
+                let mut kinds = near.clone();
+                kinds[0] =
+                    pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
+                kinds
+            });
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
         let fade = Some("fade_shadow");
         Self {

@@ -2,8 +2,8 @@
 
 use super::plain::Plain;
 use super::stands::{
-    across, amid, away, bald, lambda_total, leaves_in_world, paper, plant, ring, seen, solve,
-    vertices, within,
+    across, all_trees, amid, away, bald, lambda_total, leaves_in_world, paper, plant, ring, seen,
+    solve, vertices, within,
 };
 use super::{Args, WARM_UP};
 use crate::bench::Spread;
@@ -15,7 +15,8 @@ use serde::Serialize;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
 use windfall_core::tree::species::{Species, papers10};
-use windfall_gpu::{Culling, GpuForest, View};
+use windfall_gpu::{Culling, GpuForest, Show, View};
+use windfall_scenes::Stage;
 
 /// Values of `h` of SFS, figure 5.
 pub const HS: [f32; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
@@ -117,11 +118,12 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
         })
         .collect();
 
-    // A leaf's own cost: the frame without the same forest bald, against the same triangles alone.
-    let detail = paper(0.7, d0);
-    let (positions, indices, leaves) = leaves_in_world(&stage, &view(detail), args.size);
+    // A leaf's own cost: leaves alone, as bare as the same triangles, which nothing else hides either.
+    let alone = View { show: Show::Leaves, ..view(paper(0.7, d0)) };
+    let (positions, indices, leaves) =
+        leaves_in_world(&stage, &alone, seen(&stage, &alone, args.size));
     let aspect = args.size.0 as f32 / args.size.1 as f32;
-    let clip = view(detail).camera.clip_from_world(aspect);
+    let clip = alone.camera.clip_from_world(aspect);
     let plain = Plain::new(gpu, &positions, &indices, clip, args.size);
     drop((positions, indices));
     let without = bald(&stage);
@@ -129,8 +131,8 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
     let mut times: [Vec<f64>; 4] = Default::default();
     for round in 0..WARM_UP + 3 * args.frames {
         let of_round = [
-            easel.frame(gpu, &forest, &view(detail))?.wall,
-            easel.frame(gpu, &without, &view(detail))?.wall,
+            easel.frame(gpu, &forest, &alone)?.wall,
+            easel.frame(gpu, &without, &alone)?.wall,
             plain.measure(gpu, 1.0)?,
             plain.measure(gpu, 0.0)?,
         ];
@@ -153,8 +155,8 @@ pub fn forest(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Fores
         ratio: ours_ns / plain_ns,
     };
     println!("\n{leaves} leaves at h = 0.7; ms");
-    println!("frame with leaves                  {with_ms}");
-    println!("the same forest bald               {bald_ms}");
+    println!("frame of the leaves alone          {with_ms}");
+    println!("the same of the forest bald        {bald_ms}");
     println!("the leaves' triangles, bare draw   {plain_ms}");
     println!("nothing, the same targets          {empty_ms}");
     println!("a leaf: {ours_ns:.0} ns, bare {plain_ns:.0} ns: {:.2} x", leaf.ratio);
@@ -219,6 +221,7 @@ pub struct Cullings {
     /// Trees that all cost alike, and the frame in which none is drawn.
     ring: Vec<CullRow>,
     ring_none_ms: Spread,
+    ring_bare: BareCulling,
     counts: Vec<CountRow>,
 }
 
@@ -230,6 +233,42 @@ struct CullRow {
     faster: f64,
     /// The same without the time of a frame that draws no tree, where that is known.
     trees_faster: Option<f64>,
+}
+
+/// What culling can save at most where the same triangles are drawn without a thought: leaves of all
+/// trees, and of those in view.
+#[derive(Serialize)]
+struct BareCulling {
+    all_ms: Spread,
+    in_view_ms: Spread,
+    faster: f64,
+}
+
+impl BareCulling {
+    fn measure(args: &Args, gpu: &Gpu, stage: &Stage, view: &View) -> anyhow::Result<Self> {
+        let (width, height) = RING_SIZE;
+        let clip = view.camera.clip_from_world(width as f32 / height as f32);
+        let trees = [all_trees(stage, view, height), seen(stage, view, RING_SIZE)];
+        let draws = trees.map(|trees| {
+            let (positions, indices, _) = leaves_in_world(stage, view, trees);
+            Plain::new(gpu, &positions, &indices, clip, RING_SIZE)
+        });
+        let mut times: [Vec<f64>; 2] = Default::default();
+        for round in 0..WARM_UP + args.frames {
+            for (draw, times) in draws.iter().zip(&mut times) {
+                let time = draw.measure(gpu, 1.0)?;
+                if round >= WARM_UP {
+                    times.push(time);
+                }
+            }
+        }
+        let [all_ms, in_view_ms] = times.map(|t| Spread::of(&t));
+        let faster = all_ms.median / in_view_ms.median;
+        println!(
+            "bare draws of the same leaves: all {all_ms}, in view {in_view_ms}: {faster:.2} x"
+        );
+        Ok(Self { all_ms, in_view_ms, faster })
+    }
 }
 
 #[derive(Serialize)]
@@ -292,6 +331,7 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
     let none_ms = Some(ring_none_ms.median);
     let ring = cull_rows(gpu, &small, &forest, &aside(fov), &Culling::ALL, rounds, none_ms)?;
     drop((forest, small));
+    let ring_bare = BareCulling::measure(args, gpu, &stage, &aside(fov))?;
 
     println!("over the number of trees, small ones, a tenth of them in view or fewer");
     println!("{:>8}{:>9}{:>24}{:>24}{:>28}", "trees", "in view", "CPU", "culling, GPU", "frame");
@@ -317,7 +357,7 @@ pub fn culling(args: &Args, gpu: &mut Gpu, easel: &Easel) -> anyhow::Result<Cull
         counts.push(CountRow { trees, in_view: seen, cpu_ms, cull_gpu_ms, wall_ms });
         trees *= 10;
     }
-    Ok(Cullings { trees: total, in_view, rows, full, away, ring, ring_none_ms, counts })
+    Ok(Cullings { trees: total, in_view, rows, full, away, ring, ring_none_ms, ring_bare, counts })
 }
 
 /// Frames of one view with some kinds of culling, in turn; how much faster they are, is over the first.

@@ -103,6 +103,17 @@ pub fn paper(h: f32, d0: f32) -> Simplification {
 /// The trees of a view: index of the instance, and how it is seen.
 pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usize, Seen)> {
     let frustum = Frustum::new(view.camera.clip_from_world(width as f32 / height as f32));
+    let mut trees = all_trees(stage, view, height);
+    trees.retain(|(i, seen)| {
+        let instance = &stage.forest.instances[*i];
+        let (low, high) = stage.trees[instance.model as usize].bounds();
+        frustum.sees_sphere(instance.world_from_tree((low + high) * 0.5), seen.radius)
+    });
+    trees
+}
+
+/// All trees of a stage, as they would be seen.
+pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> {
     let bounds: Vec<(Vec3, f32, f32, f32)> = stage
         .trees
         .iter()
@@ -115,25 +126,22 @@ pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usi
         .collect();
     let instances = stage.forest.instances.iter().enumerate();
     instances
-        .filter_map(|(i, instance)| {
+        .map(|(i, instance)| {
             let (center, radius, leaf_length, leaf_side) = bounds[instance.model as usize];
             let center = instance.world_from_tree(center);
-            let radius = radius * instance.scale;
             let foliage = &stage.trees[instance.model as usize].foliage;
-            frustum.sees_sphere(center, radius).then(|| {
-                let seen = Seen {
-                    distance: center.distance(view.camera.eye),
-                    pixels: view.camera.pixels(height),
-                    radius,
-                    leaf_length: leaf_length * instance.scale,
-                    leaf_side: leaf_side * instance.scale,
-                    visibility: Visibility {
-                        share: foliage.visible_share,
-                        disocclusion: foliage.disocclusion,
-                    },
-                };
-                (i, seen)
-            })
+            let seen = Seen {
+                distance: center.distance(view.camera.eye),
+                pixels: view.camera.pixels(height),
+                radius: radius * instance.scale,
+                leaf_length: leaf_length * instance.scale,
+                leaf_side: leaf_side * instance.scale,
+                visibility: Visibility {
+                    share: foliage.visible_share,
+                    disocclusion: foliage.disocclusion,
+                },
+            };
+            (i, seen)
         })
         .collect()
 }
@@ -165,11 +173,15 @@ pub fn solve(mut low: f32, mut high: f32, value: f64, f: impl Fn(f32) -> f64) ->
     0.5 * (low + high)
 }
 
-/// The leaves of a view as one mesh in world space: what a bare draw is given.
-pub fn leaves_in_world(stage: &Stage, view: &View, size: (u32, u32)) -> (Vec<Vec3>, Vec<u32>, u64) {
+/// The leaves of some trees as one mesh in world space: what a bare draw is given; and how many they are.
+pub fn leaves_in_world(
+    stage: &Stage,
+    view: &View,
+    trees: Vec<(usize, Seen)>,
+) -> (Vec<Vec3>, Vec<u32>, u64) {
     let (mut positions, mut indices, mut leaves) = (Vec::new(), Vec::new(), 0);
     let simple: Vec<_> = stage.trees.iter().map(|tree| simple_shapes(&tree.foliage)).collect();
-    for (i, seen) in seen(stage, view, size) {
+    for (i, seen) in trees {
         let instance = &stage.forest.instances[i];
         let foliage = &stage.trees[instance.model as usize].foliage;
         let level: Level = view.detail.level(&seen);
