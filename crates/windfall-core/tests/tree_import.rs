@@ -5,9 +5,11 @@ mod common;
 use common::{CARD, I8, I16, LEAVES, Model, U8, U16, U32, centers};
 use serde_json::json;
 use std::f32::consts::FRAC_PI_2;
+use windfall_core::foliage::Leaf;
 use windfall_core::glam::{Vec2, Vec3};
 use windfall_core::tree::{
-    Bark, BarkPattern, ImportOptions, Inspection, Surface, Tree, export_glb, import,
+    Bark, BarkPattern, ImportOptions, Inspection, Surface, Tree, export_glb,
+    export_glb_in_prune_order, import, species::Species,
 };
 
 /// The two cards of [`LEAVES`] where they are, whole and facing +Z.
@@ -483,4 +485,37 @@ fn export_keeps_what_matters() {
         panic!("a picture that repeats")
     };
     assert!(was == is, "the same pixels");
+}
+
+/// Also where a petiole only touches its blade.
+#[test]
+fn every_species_comes_back_with_its_leaves() {
+    for species in Species::ALL {
+        let tree = species.grow_with(2, 60);
+        for glb in [export_glb(&tree).unwrap(), export_glb_in_prune_order(&tree).unwrap()] {
+            let options = ImportOptions::default();
+            let back = import(&glb, "back.glb", &options, &mut |_| Err("none".into())).unwrap();
+            let areas = |tree: &Tree| {
+                let area =
+                    |l: &Leaf| l.scale * l.scale * tree.foliage.shapes[l.shape as usize].area();
+                let mut areas: Vec<f32> = tree.foliage.leaves.iter().map(area).collect();
+                areas.sort_by(f32::total_cmp);
+                areas
+            };
+            let (was, is) = (areas(&tree), areas(&back));
+            assert_eq!(was.len(), is.len(), "leaves of {species}");
+            for (a, b) in was.iter().zip(&is) {
+                assert!((a - b).abs() < 1e-3 * a, "{species}: a leaf of {a} m2 comes back as {b}");
+            }
+        }
+    }
+}
+
+/// An attribute of another program that has the same name.
+#[test]
+fn leaves_are_not_told_by_a_number() {
+    let mut model = Model::tree();
+    let uvs = &mut model.json["meshes"][1]["primitives"][0]["attributes"];
+    uvs["_LEAF"] = uvs["TEXCOORD_0"].clone();
+    assert_usual(&model.import().unwrap());
 }

@@ -1,14 +1,16 @@
 //! Triangles on their way from a file to the wood or to the leaves.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
-/// An indexed triangle mesh; all attributes are as long as `positions`.
+/// An indexed triangle mesh; all attributes are as long as `positions`, or `leaves` is empty.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit normals; before [`Mesh::compact`], zero where the file has none.
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
+    /// The same for the vertices of one leaf, and of no other; empty where the file does not tell.
+    pub leaves: Vec<Vec4>,
     pub indices: Vec<u32>,
 }
 
@@ -35,6 +37,7 @@ impl Mesh {
                 part.positions.push(self.positions[i]);
                 part.normals.push(self.normals[i]);
                 part.uvs.push(self.uvs[i]);
+                part.leaves.extend(self.leaves.get(i));
             }
             part.indices.push(new_index[i]);
         }

@@ -3,7 +3,7 @@
 //! What hangs together by *index* is too small: exporters split vertices along a folded midrib,
 //! where two normals meet. What hangs together by *position* is too large: leaves of one twig meet
 //! at its tip. An edge in common, after welding positions, is what the two halves of a leaf have
-//! and two leaves have not.
+//! and two leaves have not. Where a file tells of each vertex which leaf it is of, that is what counts.
 
 use super::mesh::Mesh;
 use glam::Vec3;
@@ -30,20 +30,14 @@ pub(crate) fn pieces(mesh: &Mesh) -> Vec<Mesh> {
         })
         .collect();
 
-    let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(triangles.len() * 3);
-    for (i, triangle) in triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|corner| ids[corner as usize]);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            if from != to {
-                edges.push((from.min(to), from.max(to), i as u32));
-            }
-        }
-    }
-    edges.sort_unstable();
     let mut sets = Sets::new(triangles.len());
-    for pair in edges.windows(2) {
-        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            sets.join(pair[0].2, pair[1].2);
+    if mesh.leaves.is_empty() {
+        join_by_edges(&mut sets, &triangles, &ids);
+    } else {
+        let mut first: HashMap<[u32; 4], u32> = HashMap::new();
+        for (i, triangle) in (0..).zip(&triangles) {
+            let leaf = mesh.leaves[triangle[0] as usize].to_array().map(f32::to_bits);
+            sets.join(*first.entry(leaf).or_insert(i), i);
         }
     }
 
@@ -59,6 +53,25 @@ pub(crate) fn pieces(mesh: &Mesh) -> Vec<Mesh> {
     }
     let mut scratch = vec![u32::MAX; mesh.positions.len()];
     corners.iter().map(|corners| mesh.part(corners, &mut scratch)).collect()
+}
+
+/// Joins triangles that have an edge in common; `ids` are the places of vertices.
+fn join_by_edges(sets: &mut Sets, triangles: &[[u32; 3]], ids: &[u32]) {
+    let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(triangles.len() * 3);
+    for (i, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|corner| ids[corner as usize]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from != to {
+                edges.push((from.min(to), from.max(to), i as u32));
+            }
+        }
+    }
+    edges.sort_unstable();
+    for pair in edges.windows(2) {
+        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
+            sets.join(pair[0].2, pair[1].2);
+        }
+    }
 }
 
 /// For each vertex the number of its place: the same for vertices at (nearly) the same position.
@@ -129,13 +142,14 @@ impl Sets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
+    use glam::{Vec2, Vec4};
 
     fn mesh(positions: &[[f32; 3]], indices: &[u32]) -> Mesh {
         Mesh {
             positions: positions.iter().map(|&p| p.into()).collect(),
             normals: vec![Vec3::Z; positions.len()],
             uvs: vec![Vec2::ZERO; positions.len()],
+            leaves: Vec::new(),
             indices: indices.to_vec(),
         }
     }
@@ -191,6 +205,19 @@ mod tests {
             &[0, 1, 2, 0, 4, 3],
         );
         assert_eq!(pieces(&touching).len(), 2);
+    }
+
+    #[test]
+    fn leaves_that_the_file_tells_apart_are_those() {
+        // As in the test before, and a third triangle that has an edge with the first.
+        let mut told = mesh(
+            &[[0., 0., 0.], [-1., 1., 0.], [-1., -1., 0.], [1., 1., 0.], [1., -1., 0.]],
+            &[0, 1, 2, 0, 4, 3, 2, 1, 4],
+        );
+        told.leaves = [1.0, 1.0, 2.0, 1.0, 1.0].map(Vec4::splat).to_vec();
+        let found = pieces(&told);
+        let corners: Vec<usize> = found.iter().map(|piece| piece.indices.len()).collect();
+        assert_eq!((corners.as_slice(), found[1].positions[0]), (&[6, 3][..], told.positions[2]));
     }
 
     #[test]

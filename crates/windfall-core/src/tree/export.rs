@@ -31,7 +31,9 @@ pub enum ExportError {
 }
 
 /// Writes a tree as a GLB: a node `wood` and a node `leaves`, their materials named so too, every
-/// leaf with its own vertices. [`super::import()`] reads it back with the same leaves.
+/// leaf with its own vertices. A vertex attribute `_LEAF` (four floats) holds the leaf's centre, about
+/// which it grows, and its rank in prune order from 0 to 1, over which it fades: by that
+/// [`super::import()`] reads the same leaves back.
 ///
 /// What glTF has no word for is put plainly: bark drawn by the shader becomes the mean of its two
 /// colours, and a palette its colour at phase 0.6.
@@ -58,9 +60,6 @@ pub fn export_glb(tree: &Tree) -> Result<Vec<u8>, ExportError> {
 /// | `indicesPerLeaf` | indices of each: the first `round(λ N)` times as many draw a share `λ` |
 /// | `visibleShare` | `r` of equation 3 |
 /// | `disocclusion` | the factors on its `s`: [`crate::simplify::Visibility::disocclusion`] |
-///
-/// A vertex attribute `_LEAF` (four floats) holds the leaf's centre, about which it grows, and its
-/// rank from 0 to 1, over which it fades.
 ///
 /// # Errors
 ///
@@ -113,10 +112,10 @@ fn write(tree: &Tree, in_prune_order: bool) -> Result<Vec<u8>, ExportError> {
                 let position = leaf.center + leaf.orientation * p * leaf.scale;
                 part.push(position, leaf.orientation * n, uv);
             }
+            let rank = i as f32 / count as f32;
+            part.leaves.resize(part.positions.len(), leaf.center.extend(rank));
             if in_prune_order {
                 part.indices.resize((i + 1) * most, base);
-                let rank = i as f32 / count as f32;
-                part.leaves.resize(part.positions.len(), leaf.center.extend(rank));
             }
         }
         if in_prune_order {
@@ -140,7 +139,7 @@ struct Part {
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
     indices: Vec<u32>,
-    /// Centre and rank of each vertex's leaf; empty, or as many as positions.
+    /// Centre and rank of each vertex's leaf; empty for wood.
     leaves: Vec<Vec4>,
     extras: Option<Value>,
 }

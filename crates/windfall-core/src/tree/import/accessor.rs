@@ -110,6 +110,11 @@ impl<'a> Reader<'a> {
         self.elements::<[f32; N]>(accessor, &here, N as u64, |c| c != Component::U32)
     }
 
+    /// Whether an accessor is of vectors of so many numbers.
+    pub fn is_vector(&self, index: usize, size: u32, place: &str) -> Result<bool, InputError> {
+        Ok(self.accessor(index, place)?.0.kind == format!("VEC{size}"))
+    }
+
     /// Indices: unsigned integers of any size.
     pub fn indices(&mut self, index: usize, place: &str) -> Result<Vec<u32>, InputError> {
         let (accessor, here) = self.accessor(index, place)?;

@@ -6,7 +6,7 @@ use super::{Reader, label};
 use crate::InputErrorKind::{Malformed, NotFinite, OutOfRange};
 use crate::error::InputError;
 use crate::foliage::Mesh;
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 /// Farthest a vertex may be from the origin, in units of the file: beyond, squares of areas
 /// overflow.
@@ -100,7 +100,27 @@ impl Reader<'_> {
                 *normal = (n * sign).try_normalize().unwrap_or(Vec3::ZERO);
             }
         }
-        Ok(Mesh { positions, normals, uvs, indices }.compact())
+        let leaves = self.leaves(primitive, positions.len(), here)?;
+        Ok(Mesh { positions, normals, uvs, leaves, indices }.compact())
+    }
+
+    /// What [`crate::tree::export_glb`] writes of each vertex's leaf. Attributes that begin with `_` are an
+    /// application's own: one of another type is none of ours.
+    fn leaves(
+        &mut self,
+        primitive: &Primitive,
+        vertices: usize,
+        here: &str,
+    ) -> Result<Vec<Vec4>, InputError> {
+        let at = format!("{here}, _LEAF");
+        match primitive.attributes.get("_LEAF") {
+            Some(&leaves) if self.is_vector(leaves, 4, &at)? => {
+                let leaves = self.vectors::<4>(leaves, &at)?;
+                self.same_count(leaves.len(), vertices, &at)?;
+                Ok(leaves.into_iter().map(Vec4::from).collect())
+            }
+            _ => Ok(Vec::new()),
+        }
     }
 
     fn same_count(&self, count: usize, positions: usize, at: &str) -> Result<(), InputError> {
