@@ -50,8 +50,8 @@ override lit_at_vertices: bool = false;
 // Whether each vertex is lit for itself, and the pixels between them have what lies between; if not, a leaf is
 // lit once, as those are that are a few pixels wide.
 override outlines: bool = false;
-// Whether pixels between lit vertices have the midrib and the margin for themselves.
-override patterned: bool = false;
+// Whether there is a midrib in those pixels.
+override midribs: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
@@ -218,7 +218,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
 // has there may be anything, and is kept within what the leaf may have.
 fn lit_outline(in: Varyings) -> Varyings {
     var out = in;
-    let margin = select(smoothstep(0.22, 0.5, abs(in.uv.x - 0.5)), 0.0, patterned);
+    let margin = smoothstep(0.22, 0.5, abs(in.uv.x - 0.5));
     let albedo = dried(tinted(in.color, surface_of(in.material)), margin, in.material);
     out.world = in_the_air(leaf_radiance(in, albedo, 0.0), in.world);
     let leaf = leaf_diffuse(albedo);
@@ -380,6 +380,13 @@ fn dried(color: vec3<f32>, margin: f32, leaf: u32) -> vec3<f32> {
     return color * mix(vec3(1.0), vec3(0.72, 0.54, 0.5), dry);
 }
 
+// How much paler the midrib is, as much in the mean however wide it is drawn; `across` is the way from it, `pixel`
+// the size of a pixel, in widths of the blade.
+fn midrib(across: f32, pixel: f32) -> f32 {
+    let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
+    return 1.0 + 0.35 * rib * 0.022 / (0.022 + pixel);
+}
+
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
 // along it. Veins are paler, the blade between them darkens to its margin.
 fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
@@ -388,12 +395,10 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     }
     let pixel = max(fwidth(uv.x), fwidth(uv.y));
     let across = abs(uv.x - 0.5);
-    let rib = 1.0 - smoothstep(0.006, 0.016 + pixel, across);
-    // As much paler in the mean however wide it is drawn.
-    var shade = 1.0 + 0.35 * rib * 0.022 / (0.022 + pixel);
+    var shade = midrib(across, pixel);
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
     let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
-    if !patterned && pixel < 0.12 && has(VEINS) {
+    if pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(leaf, 4u);
         let left = select(0.0, 0.5, uv.x < 0.5);
@@ -429,8 +434,8 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 fn solid_color(in: Varyings) -> vec4<f32> {
     if outlines {
         var radiance = clamp(in.world, vec3(0.0), in.color);
-        if patterned && frame.show != SHOW_COVERAGE {
-            radiance = venation(in.uv, radiance, in.material);
+        if midribs && frame.show != SHOW_COVERAGE {
+            radiance *= midrib(abs(in.uv.x - 0.5), max(fwidth(in.uv.x), fwidth(in.uv.y)));
         }
         return vec4(radiance, 1.0);
     }

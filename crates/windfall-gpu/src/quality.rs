@@ -14,9 +14,9 @@ pub struct Quality {
     pub penumbrae: bool,
     /// Whether trees move in the wind.
     pub sway: bool,
-    /// Whether leaves that are more than a few pixels wide are lit in each pixel. If not, they are lit at their
-    /// vertices, and have midribs and margins, but neither veins nor blotches. Leaves with pictures are
-    /// always lit in pixels.
+    /// Whether large leaves on twigs are lit in each pixel. If not, they are lit at their vertices, as
+    /// less large ones always are, and have midribs, but neither veins nor blotches. Leaves with
+    /// pictures are lit in pixels always.
     pub pixel_lighting: bool,
     /// Whether near leaves that are lit in pixels have veins and blotches.
     pub veins: bool,

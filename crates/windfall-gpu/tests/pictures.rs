@@ -15,7 +15,7 @@ use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_core::wind::Wind;
 use windfall_gpu::{
     Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Elimination, Falls, GpuForest,
-    Quality, Renderer, Strategy, Target, TreeCounts, View, wgpu, wgpu_profiler,
+    Quality, Renderer, Show, Strategy, Target, TreeCounts, View, wgpu, wgpu_profiler,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
 
@@ -526,6 +526,33 @@ fn a_tree_where_cascades_meet_is_shaded_alike() {
         assert!(least > 0.5, "{boundary} m, {elevation} rad: {losses:?}");
         assert!(most < 1.15 * least, "{boundary} m, {elevation} rad: {losses:?}");
     }
+}
+
+/// Large leaves that are lit at their vertices have the outlines, the light and the midribs of those that are
+/// lit in pixels.
+#[test]
+fn large_leaves_lit_at_vertices_look_the_same() {
+    let (trees, forest) = lone(Species::Maple.grow_with(1, 3000));
+    let gpu = upload(&trees, &forest, &Falls::none());
+    let crown = trees[0].foliage.crown_center;
+    let shot = |pixel_lighting, show| {
+        let eye = crown + Vec3::new(0.0, 0.5, 8.0);
+        let mut view = plain_view(eye, crown, 0.6, false);
+        // Leaves are a hundred pixels long and more.
+        view.camera.fov_y = 0.06;
+        view.quality = Quality { pixel_lighting, ..Quality::LOW };
+        paint(&gpu, &View { show, ..view })
+    };
+    assert!(shot(true, Show::Coverage) == shot(false, Show::Coverage), "outlines");
+    let (pixels, vertices) = (shot(true, Show::Leaves), shot(false, Show::Leaves));
+    let mean = |p: &[u8]| p.iter().map(|&v| f64::from(v)).sum::<f64>() / p.len() as f64;
+    let light = mean(&vertices) / mean(&pixels);
+    let apart: Vec<u8> = pixels.iter().zip(&vertices).map(|(a, b)| a.abs_diff(*b)).collect();
+    // Radiance is not quite in proportion to albedo, which a midrib is paler by: of the brightest it is not seen
+    // in pixels.
+    assert!((light - 1.0).abs() < 0.01, "{light} of the light");
+    assert!(mean(&apart) < 1.0, "apart by {}", mean(&apart));
+    assert!(mean(&apart) > 0.0, "the setting changes nothing");
 }
 
 /// Two stops below the curve's bend, a stop more is 2 to the power of the system gamma of the light in

@@ -20,7 +20,7 @@ pub(crate) struct Leaves {
 /// whose leaves are lit at their vertices, of those whose leaves are small, and of simplified trees.
 struct Pipelines {
     near: Kinds,
-    patterned: Kinds,
+    with_midribs: Kinds,
     at_vertices: Kinds,
     small: Kinds,
     by_size: Kinds,
@@ -31,9 +31,9 @@ struct Pipelines {
 #[derive(Clone, Copy, PartialEq)]
 enum Lit {
     InPixels,
-    /// In pixels they have only their pattern.
-    Patterned,
     AtVertices,
+    /// The same, large enough to have midribs.
+    WithMidribs,
     Once,
 }
 
@@ -66,8 +66,8 @@ impl Leaves {
                     constants: &[
                         ("far", f64::from(u8::from(far))),
                         ("lit_at_vertices", (lit != Lit::InPixels).into()),
-                        ("outlines", matches!(lit, Lit::Patterned | Lit::AtVertices).into()),
-                        ("patterned", (lit == Lit::Patterned).into()),
+                        ("outlines", matches!(lit, Lit::AtVertices | Lit::WithMidribs).into()),
+                        ("midribs", (lit == Lit::WithMidribs).into()),
                         ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
                     ],
                 })
@@ -84,8 +84,8 @@ impl Leaves {
         };
         let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
         let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
-        let [patterned, at_vertices, small] =
-            [Lit::Patterned, Lit::AtVertices, Lit::Once].map(|lit| {
+        let [with_midribs, at_vertices, small] = [Lit::WithMidribs, Lit::AtVertices, Lit::Once]
+            .map(|lit| {
                 let mut kinds = near.clone();
                 kinds[0] =
                     pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
@@ -96,7 +96,7 @@ impl Leaves {
         Self {
             radiance: Pipelines {
                 near,
-                patterned,
+                with_midribs,
                 at_vertices,
                 small,
                 by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
@@ -109,7 +109,7 @@ impl Leaves {
                 ),
             },
             shadow: Pipelines {
-                patterned: near_shadow.clone(),
+                with_midribs: near_shadow.clone(),
                 at_vertices: near_shadow.clone(),
                 small: near_shadow.clone(),
                 near: near_shadow,
@@ -136,7 +136,8 @@ impl Leaves {
             FadeBy::Size => &pipelines.by_size,
             FadeBy::Opacity => &pipelines.by_opacity,
         };
-        let near = if view.quality.pixel_lighting { &pipelines.near } else { &pipelines.patterned };
+        let near =
+            if view.quality.pixel_lighting { &pipelines.near } else { &pipelines.with_midribs };
         for (pipelines, parts) in [
             (near, 0..1),
             (&pipelines.at_vertices, 1..2),
