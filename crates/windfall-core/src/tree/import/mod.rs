@@ -61,7 +61,7 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 /// **Leaves** are the primitives whose material is named like leaves or is alpha-masked (a blended
 /// one is taken for masked), and those whose node or mesh is named so, unless materials already
 /// tell the leaves of that mesh apart. Within them, each piece that hangs together through shared
-/// edges is a leaf.
+/// edges is a leaf, or what [`super::export_glb`] has written as one (its attribute `_LEAF`).
 ///
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
