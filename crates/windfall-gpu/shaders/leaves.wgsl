@@ -21,7 +21,6 @@ struct LeafVertex {
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
-    // Of outlines that are lit at their vertices, their radiance.
     @location(0) world: vec3<f32>,
     @location(1) normal: vec3<f32>,
     // What reaches the leaf of the sun, of one far away, in `w`. Of leaves on twigs that are lit
@@ -29,8 +28,7 @@ struct Varyings {
     // times what any of its corners has.
     @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
-    // Of outlines that are lit at their vertices, the most that their radiance may be; of small loose leaves their
-    // radiance.
+    // Of small loose leaves their radiance.
     @location(4) @interpolate(flat) color: vec3<f32>,
     // Index of its surface in the lowest byte; above it the leaf's bent normal, which tells it from others.
     @location(5) @interpolate(flat) material: u32,
@@ -38,6 +36,14 @@ struct Varyings {
     // What is left of the contrast of shading; how much of the leaf is seen, where it fades by opacity;
     // the mean cosines of the sun towards which shading draws together, on the viewer's side and behind.
     @location(7) @interpolate(flat) contrast_seen_cosines: vec4<f32>,
+}
+
+// Of outlines that are lit at their vertices: no more than their pixels need.
+struct Outline {
+    @builtin(position) clip: vec4<f32>,
+    // Radiance; the way from the midrib, in widths of the blade, to the right.
+    @location(0) radiance_across: vec4<f32>,
+    @location(1) @interpolate(flat) most_radiance: vec3<f32>,
 }
 
 // Leaves of trees that are simplified are far away: what is smaller than a pixel there is left out.
@@ -201,28 +207,13 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     if far {
         out.bent_normal_reach.w = far_reach(out.world, offset, tree);
     }
-    if outlines {
-        return lit_outline(out);
-    }
-    if lit_at_vertices {
+    if lit_at_vertices && !outlines {
         var lit_vertex = out;
         if !far {
             lit_vertex.world = lit_place(in, tree);
         }
         out.bent_normal_reach = vec4(radiance_at_vertex(lit_vertex), 1.0);
     }
-    return out;
-}
-
-// The middles of pixels that a leaf covers in part lie beyond it: of one seen from its edge, what its plane
-// has there may be anything, and is kept within what the leaf may have.
-fn lit_outline(in: Varyings) -> Varyings {
-    var out = in;
-    let margin = smoothstep(0.22, 0.5, abs(in.uv.x - 0.5));
-    let albedo = dried(tinted(in.color, surface_of(in.material)), margin, in.material);
-    out.world = in_the_air(leaf_radiance(in, albedo, 0.0), in.world);
-    let leaf = leaf_diffuse(albedo);
-    out.color = (leaf.reflected + leaf.passed) * (frame.sun_color / PI + 2.0 * frame.ambient[0].rgb) + out.world;
     return out;
 }
 
@@ -244,6 +235,32 @@ fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
 @vertex
 fn opaque_vertex(in: LeafVertex, tree: Tree) -> Varyings {
     return hanging(in, tree, 1.0, leaf_seen(tree, in.leaf));
+}
+
+// Leaves of middling size, and large ones where quality has no lighting in pixels.
+@vertex
+fn outline(in: LeafVertex, tree: Tree) -> Outline {
+    let seen = leaf_seen(tree, in.leaf);
+    let vertex = hanging(in, tree, sqrt(seen), seen);
+    let across = vertex.uv.x - 0.5;
+    let margin = smoothstep(0.22, 0.5, abs(across));
+    let albedo = dried(tinted(vertex.color, surface_of(vertex.material)), margin, vertex.material);
+    let radiance = in_the_air(leaf_radiance(vertex, albedo, 0.0), vertex.world);
+    let leaf = leaf_diffuse(albedo);
+    let most = (leaf.reflected + leaf.passed) * (frame.sun_color / PI + 2.0 * frame.ambient[0].rgb);
+    return Outline(vertex.clip, vec4(radiance, across), most + radiance);
+}
+
+// The middles of pixels that a leaf covers in part lie beyond it: of one seen from its edge, what its plane
+// has there may be anything, and is kept within what the leaf may have.
+@fragment
+fn lit_outline(in: Outline) -> @location(0) vec4<f32> {
+    var radiance = clamp(in.radiance_across.rgb, vec3(0.0), in.most_radiance);
+    if midribs && frame.show != SHOW_COVERAGE {
+        let across = in.radiance_across.w;
+        radiance *= midrib(abs(across), fwidth(across));
+    }
+    return vec4(radiance, 1.0);
 }
 
 // A leaf in the air or on the ground: the shape's vertices, and one LooseLeaf per instance.
@@ -432,13 +449,6 @@ fn solid(in: Varyings) -> @location(0) vec4<f32> {
 }
 
 fn solid_color(in: Varyings) -> vec4<f32> {
-    if outlines {
-        var radiance = clamp(in.world, vec3(0.0), in.color);
-        if midribs && frame.show != SHOW_COVERAGE {
-            radiance *= midrib(abs(in.uv.x - 0.5), max(fwidth(in.uv.x), fwidth(in.uv.y)));
-        }
-        return vec4(radiance, 1.0);
-    }
     if lit_at_vertices {
         return in.bent_normal_reach;
     }

@@ -87,8 +87,12 @@ impl Leaves {
         let [with_midribs, at_vertices, small] = [Lit::WithMidribs, Lit::AtVertices, Lit::Once]
             .map(|lit| {
                 let mut kinds = near.clone();
+                let (vertex, fragment) = match lit {
+                    Lit::AtVertices | Lit::WithMidribs => ("outline", "lit_outline"),
+                    Lit::InPixels | Lit::Once => ("vertex", "solid"),
+                };
                 kinds[0] =
-                    pipeline(false, lit, "vertex", Some("solid"), false, DrawTarget::Radiance);
+                    pipeline(false, lit, vertex, Some(fragment), false, DrawTarget::Radiance);
                 kinds
             });
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
