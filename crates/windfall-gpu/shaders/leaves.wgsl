@@ -61,8 +61,10 @@ override midribs: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
-// How far from a far leaf's centre light is looked for, in sizes of the leaf, less one.
+// How far from a far leaf's centre light is looked for: in sizes of the leaf, less one, at most, and in
+// distances between the leaves that are left.
 const SHADE_SPREAD: f32 = 1.5;
+const SHADE_SPACINGS: f32 = 1.35;
 // Where a leaf's wax reflects as much as that of leaves that lean in every direction alike does in the mean,
 // each seen by its projected area: cosine to the viewer.
 const MEAN_FACING: f32 = 0.456;
@@ -151,9 +153,12 @@ fn hanging_vertex(center: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, tree:
 }
 
 // What reaches a leaf of a far tree of the sun, at one of its vertices. Fewer leaves stand for what shades each
-// of many: each for as much of the crown about it as its corners, spread, reach.
+// of many: each for as much of the crown about it as its corners, spread, reach. Large leaves reach beyond those
+// they stand for.
 fn far_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
-    let about = turn(tree, offset) * (tree.position_scale.w * SHADE_SPREAD);
+    let spacing = model.leaf_spacing * pow(max(tree.turn_season.w, 1e-6), -1.0 / 3.0);
+    let spread = clamp(SHADE_SPACINGS * spacing / max(length(offset), 1e-6) - 1.0, 0.0, SHADE_SPREAD);
+    let about = turn(tree, offset) * (tree.position_scale.w * spread);
     return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
 }
 

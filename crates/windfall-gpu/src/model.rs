@@ -328,7 +328,7 @@ fn model_uniform(tree: &Tree) -> Model {
         ambient: foliage.shading.ambient,
         texture_luminance: 1.0,
         leaf_count: foliage.leaves.len() as u32,
-        padding0: 0,
+        leaf_spacing: foliage.leaf_spacing(),
         padding1: 0,
         padding2: 0,
         crown: Crown::zeroed(),

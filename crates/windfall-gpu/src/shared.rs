@@ -334,8 +334,8 @@ gpu_struct! {
         pub texture_luminance: f32,
         /// Leaves of the model.
         pub leaf_count: u32,
-        /// Unused.
-        pub padding0: u32,
+        /// Cube root of the crown's volume for each leaf, metres.
+        pub leaf_spacing: f32,
         /// Unused.
         pub padding1: u32,
         /// Unused.

@@ -200,6 +200,13 @@ impl Foliage {
         extents.fold(Vec3::splat(1e-3), Vec3::max)
     }
 
+    /// How far leaves hang from each other, metres: cube root of the volume that each has of an ellipsoid with
+    /// [`Self::crown_extent`].
+    pub fn leaf_spacing(&self) -> f32 {
+        let volume = 4.0 / 3.0 * std::f32::consts::PI * self.crown_extent().element_product();
+        (volume / self.leaves.len().max(1) as f32).cbrt()
+    }
+
     /// Triangles of all leaves.
     pub fn triangle_count(&self) -> usize {
         self.leaves.iter().map(|l| self.shapes[l.shape as usize].indices.len() / 3).sum()

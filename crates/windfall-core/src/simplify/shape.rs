@@ -4,8 +4,6 @@ use super::visible::sky;
 use crate::foliage::{Foliage, LeafShape};
 use glam::Vec3;
 
-/// Triangles of a simple shape.
-const TRIANGLES: usize = 2;
 /// From which an outline is looked at: from the opposite one it is the same.
 const DIRECTIONS: usize = 64;
 
@@ -114,6 +112,7 @@ fn collapsed(_: &LeafShape) -> Option<Vec<u32>> {
 #[cfg(not(target_arch = "wasm32"))]
 fn collapsed(shape: &LeafShape) -> Option<Vec<u32>> {
     use meshopt::{SimplifyOptions, VertexDataAdapter};
+    const TRIANGLES: usize = 2;
     let positions: Vec<[f32; 3]> = shape.positions.iter().map(glam::Vec3::to_array).collect();
     let bytes: &[u8] = bytemuck::cast_slice(&positions);
     if shape.indices.len() <= 3 * TRIANGLES {

@@ -416,6 +416,21 @@ mod tests {
     }
 
     #[test]
+    fn leaves_hang_as_far_apart_as_the_crown_has_room() {
+        let corners: Vec<Vec3> = (0..8)
+            .map(|i| Vec3::new(1.0, 2.0, 3.0) * Vec3::from([1, 2, 4].map(|bit| sign(i & bit))))
+            .collect();
+        // An ellipsoid of 8 pi cubic metres.
+        let spacing = squares(&corners).leaf_spacing();
+        assert!((spacing - std::f32::consts::PI.cbrt()).abs() < 1e-5, "{spacing}");
+        assert!(Foliage::default().leaf_spacing() > 0.0);
+    }
+
+    fn sign(bit: i32) -> f32 {
+        if bit == 0 { -1.0 } else { 1.0 }
+    }
+
+    #[test]
     fn crowns_cover_as_much_with_leaves_of_two_triangles() {
         for species in [Species::Oak, Species::Birch, Species::Maple] {
             let whole = species.grow_with(1, 4000).foliage;

@@ -435,7 +435,7 @@ impl Bench<'_> {
         let Some(folder) = &self.args.pictures else { return Ok(()) };
         std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
         let stem = Path::new(self.name).file_stem().unwrap_or_default().display();
-        let name = name.replace([' ', ','], "-");
+        let name = name.replace([' ', ',', '/'], "-");
         picture.save_png(&folder.join(format!("{stem}-{:.0}m-{name}.png", place.distance)))
     }
 
