@@ -37,6 +37,13 @@ enum Lit {
     Once,
 }
 
+impl Lit {
+    /// Whether each vertex is lit for itself.
+    fn outlines(self) -> bool {
+        matches!(self, Self::AtVertices | Self::WithMidribs)
+    }
+}
+
 /// Pipelines for leaves without pictures, with pictures, and with holes in them.
 type Kinds = [wgpu::RenderPipeline; 3];
 
@@ -66,7 +73,7 @@ impl Leaves {
                     constants: &[
                         ("far", f64::from(u8::from(far))),
                         ("lit_at_vertices", (lit != Lit::InPixels).into()),
-                        ("outlines", matches!(lit, Lit::AtVertices | Lit::WithMidribs).into()),
+                        ("outlines", lit.outlines().into()),
                         ("midribs", (lit == Lit::WithMidribs).into()),
                         ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
                     ],
@@ -87,10 +94,8 @@ impl Leaves {
         let [with_midribs, at_vertices, small] = [Lit::WithMidribs, Lit::AtVertices, Lit::Once]
             .map(|lit| {
                 let mut kinds = near.clone();
-                let (vertex, fragment) = match lit {
-                    Lit::AtVertices | Lit::WithMidribs => ("outline", "lit_outline"),
-                    Lit::InPixels | Lit::Once => ("vertex", "solid"),
-                };
+                let (vertex, fragment) =
+                    if lit.outlines() { ("outline", "lit_outline") } else { ("vertex", "solid") };
                 kinds[0] =
                     pipeline(false, lit, vertex, Some(fragment), false, DrawTarget::Radiance);
                 kinds
