@@ -6,7 +6,7 @@ use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::simplify::{PruneOrder, SimpleWood, Visibility, WoodLevel};
+use windfall_core::simplify::{PruneOrder, SimpleWood, WoodLevel};
 use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
 
 /// Arguments of `windfall simplify`.
@@ -92,8 +92,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
     let leaf_triangles_full = tree.foliage.triangle_count();
     tree.foliage.set_prune_order(args.prune_order, args.seed);
-    let seen =
-        Visibility { share: tree.foliage.visible_share, disocclusion: tree.foliage.disocclusion };
+    let seen = tree.foliage.visibility;
     let leaves = ((lambda * leaves_full as f32).round() as usize).clamp(1, leaves_full.max(1));
     let lambda = leaves as f32 / leaves_full.max(1) as f32;
     let growth = if args.no_area_preservation || args.all_in_order {

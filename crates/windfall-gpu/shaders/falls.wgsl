@@ -361,16 +361,16 @@ fn flying_leaf(a: vec4<f32>, b: vec4<u32>, flight: Flight, variant: Variant, gus
     let elapsed = fall.time - a.w;
     let free = way(flight, variant, elapsed);
     let blown = wind_since(elapsed, gusts);
-    var color = shaded(unpack4x8unorm(b.z).rgb);
+    var color = b.z;
     if fall.show == SHOW_LAPS {
-        color = shaded(sqrt(lap_color(free.lap) * 0.5));
+        color = lap_color(free.lap);
     }
     return LooseLeaf(
         a.xyz + free.displacement + vec3(blown.x, 0.0, blown.y),
         slot_size(b),
         pack2x16snorm(free.orientation.xy),
         pack2x16snorm(free.orientation.zw),
-        color,
+        (color & 0xffffffu) | pack4x8unorm(vec4(0.0, 0.0, 0.0, AMBIENT_IN_AIR)),
         b.w | 0xff000000u,
     );
 }

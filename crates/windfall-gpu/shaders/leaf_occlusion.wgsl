@@ -40,7 +40,7 @@ fn count_masked(in: Counted) {
     let slope = fwidth(in.clip.z);
     let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
-    if surface.masked == 0u || surface.layer < 0 || alpha >= 0.5 {
+    if covered_samples(in.material, mask_share(surface, alpha, in.uv)) > 0u {
         count(in, slope);
     }
 }

@@ -61,10 +61,6 @@ override midribs: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
-// How far from a far leaf's centre light is looked for: in sizes of the leaf, less one, at most, and in
-// distances between the leaves that are left.
-const SHADE_SPREAD: f32 = 1.5;
-const SHADE_SPACINGS: f32 = 1.35;
 // Where a leaf's wax reflects as much as that of leaves that lean in every direction alike does in the mean,
 // each seen by its projected area: cosine to the viewer.
 const MEAN_FACING: f32 = 0.456;
@@ -153,12 +149,9 @@ fn hanging_vertex(center: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, tree:
 }
 
 // What reaches a leaf of a far tree of the sun, at one of its vertices. Fewer leaves stand for what shades each
-// of many: each for as much of the crown about it as its corners, spread, reach. Large leaves reach beyond those
-// they stand for.
+// of many: each for as much of the crown about it as its corners, spread, reach.
 fn far_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
-    let spacing = model.leaf_spacing * pow(max(tree.turn_season.w, 1e-6), -1.0 / 3.0);
-    let spread = clamp(SHADE_SPACINGS * spacing / max(length(offset), 1e-6) - 1.0, 0.0, SHADE_SPREAD);
-    let about = turn(tree, offset) * (tree.position_scale.w * spread);
+    let about = turn(tree, offset) * (tree.position_scale.w * (SHADE_SPREAD - 1.0));
     return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
 }
 
@@ -211,6 +204,10 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
     }
     if far {
         out.bent_normal_reach.w = far_reach(out.world, offset, tree);
+        // Of leaves that are lit once that is as much as it should be.
+        if !lit_at_vertices {
+            out.bent_normal_reach.w *= measured_factor(model.sunlight, tree.turn_season.w);
+        }
     }
     if lit_at_vertices && !outlines {
         var lit_vertex = out;
@@ -489,18 +486,28 @@ fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
 fn masked_shadow(in: Varyings) {
     let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
-    if surface.masked == 1u && surface.layer >= 0 && alpha < 0.5 {
+    if mask_share(surface, alpha, in.uv) <= interleaved_noise(in.clip.xy) {
         discard;
     }
 }
 
 @fragment
-fn masked(in: Varyings) -> @location(0) vec4<f32> {
+fn masked(in: Varyings) -> Faded {
     let color = masked_color(in);
-    if color.a <= 0.0 {
+    let samples = covered_samples(in.material, color.a);
+    if samples == 0u {
         discard;
     }
-    return color;
+    return Faded(color, samples);
+}
+
+// Share of a pixel that a picture with holes covers. An edge is a pixel wide, so that it has as many steps as there
+// are samples; where pieces are as small as half a pixel, all is edge.
+fn mask_share(surface: Surface, alpha: f32, uv: vec2<f32>) -> f32 {
+    let pixel = max(fwidth(uv.x), fwidth(uv.y));
+    let width = max(fwidth(alpha), clamp(0.5 * pixel / max(surface.piece, 1e-3), 1e-3, 1.0));
+    let share = clamp((alpha - 0.5) / width + 0.5, 0.0, 1.0);
+    return select(1.0, share, surface.piece > 0.0 && surface.layer >= 0);
 }
 
 fn masked_color(in: Varyings) -> vec4<f32> {
@@ -509,10 +516,20 @@ fn masked_color(in: Varyings) -> vec4<f32> {
     if surface.layer >= 0 {
         texel = textured(in, surface);
     }
-    // The hole's edge one pixel wide, so that coverage gives it as many steps as there are samples.
-    let width = max(fwidth(texel.a), 1e-3);
-    let alpha = select(1.0, clamp((texel.a - 0.5) / width + 0.5, 0.0, 1.0), surface.masked == 1u);
-    return vec4(seen_radiance(in, texel.rgb), alpha);
+    return vec4(seen_radiance(in, texel.rgb), mask_share(surface, texel.a, in.uv));
+}
+
+// The samples that a share of a pixel covers: as many in the mean over leaves, and of each leaf others. What drivers
+// make of alpha is their own, some of them always more.
+fn covered_samples(leaf: u32, share: f32) -> u32 {
+    let key = hash(leaf, 8u);
+    return some_samples(u32(4.0 * share + unit(key)), key);
+}
+
+// So many of a pixel's samples, from one of them on.
+fn some_samples(count: u32, first: u32) -> u32 {
+    let turned = ((1u << count) - 1u) << (first & 3u);
+    return (turned | (turned >> 4u)) & 15u;
 }
 
 struct Faded {
@@ -524,8 +541,7 @@ struct Faded {
 fn seen_samples(in: Varyings) -> u32 {
     let key = hash(hash(bitcast<u32>(in.world.x), bitcast<u32>(in.world.y)), bitcast<u32>(in.world.z));
     let count = u32(in.contrast_seen_cosines.y * 4.0 + unit(key));
-    let turned = ((1u << count) - 1u) << (hash(key, 1u) & 3u);
-    return (turned | (turned >> 4u)) & 15u;
+    return some_samples(count, hash(key, 1u));
 }
 
 @fragment
@@ -535,14 +551,15 @@ fn solid_fade(in: Varyings) -> Faded {
 
 @fragment
 fn masked_fade(in: Varyings) -> Faded {
-    return Faded(masked_color(in), seen_samples(in));
+    let color = masked_color(in);
+    return Faded(color, covered_samples(in.material, color.a) & seen_samples(in));
 }
 
 @fragment
 fn fade_shadow(in: Varyings) {
     let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
-    let hole = surface.masked == 1u && surface.layer >= 0 && alpha < 0.5;
+    let hole = mask_share(surface, alpha, in.uv) <= interleaved_noise(in.clip.xy);
     if hole || (seen_samples(in) & 1u) == 0u {
         discard;
     }

@@ -17,6 +17,7 @@ use glam::{Mat3, Mat4, Vec2, Vec3};
 use half::f16;
 use std::f32::consts::PI;
 use std::ops::Range;
+use windfall_core::foliage::Holes;
 use windfall_core::forest::{Forest, Frustum};
 use windfall_core::shed::{Shedding, TreeShedding};
 use windfall_core::simplify::{
@@ -340,7 +341,7 @@ impl Trees {
 }
 
 /// Two numbers as `unpack2x16float` has them.
-fn pack_halfs(v: Vec2) -> u32 {
+pub(crate) fn pack_halfs(v: Vec2) -> u32 {
     let [x, y] = v.to_array().map(|v| u32::from(f16::from_f32(v).to_bits()));
     x | y << 16
 }
@@ -376,15 +377,18 @@ impl Crown {
     }
 
     fn seen(&self, tree: &TreeRecord, list: &TreeList, center: Vec3) -> Seen {
+        let [solid, piece] = [0, 16].map(|shift| f16::from_bits((self.holes >> shift) as u16));
         Seen {
             distance: center.distance(list.eye),
             pixels: list.pixels,
             radius: self.radius * tree.scale,
             leaf_length: self.leaf_length * tree.scale,
             leaf_side: self.leaf_side * tree.scale,
+            holes: Holes { solid: solid.to_f32(), piece: piece.to_f32() },
             visibility: Visibility {
                 share: self.visible_share,
                 disocclusion: self.disocclusion.to_array(),
+                ..Visibility::default()
             },
         }
     }

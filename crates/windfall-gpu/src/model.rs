@@ -1,9 +1,10 @@
 //! One tree model on the GPU.
 
+use crate::cull::pack_halfs;
 use crate::cull::{PartDraw, WOOD_LEVELS, leaf_parts, wood_parts};
 use crate::falls::{octahedral, snorm8};
 use crate::shared::{Crown, Model, Surface};
-use crate::texture::TextureArray;
+use crate::texture::{TextureArray, smallest_piece};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use half::f16;
@@ -304,7 +305,7 @@ fn surface(material: &Material, layer: Option<u32>) -> Surface {
         groove,
         scale,
         roughness: material.roughness,
-        masked: u32::from(material.alpha_cutoff.is_some()),
+        piece: material.alpha_cutoff.map_or(0.0, |_| smallest_piece(material)),
         padding: Vec2::ZERO,
     }
 }
@@ -327,10 +328,8 @@ fn model_uniform(tree: &Tree) -> Model {
         palette_spread: foliage.palette.as_ref().map_or(0.0, |p| p.spread),
         ambient: foliage.shading.ambient,
         texture_luminance: 1.0,
+        sunlight: foliage.visibility.sunlight.into(),
         leaf_count: foliage.leaves.len() as u32,
-        leaf_spacing: foliage.leaf_spacing(),
-        padding1: 0,
-        padding2: 0,
         crown: Crown::zeroed(),
     }
 }
@@ -376,16 +375,18 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
     }
     let (low, high) = tree.bounds();
     let foliage = &tree.foliage;
-    let share = foliage.visible_share.clamp(1e-9, 0.999);
+    let share = foliage.visibility.share.clamp(1e-9, 0.999);
     let normals = foliage.shading.normals;
+    let holes = foliage.holes();
     Crown {
         center: (low + high) * 0.5,
         radius: (high - low).length() * 0.5,
         half_size: (high - low) * 0.5,
         leaf_length: foliage.leaf_length(),
         leaf_side: foliage.leaf_side(),
+        holes: pack_halfs(Vec2::new(holes.solid, holes.piece)),
         visible_share: share,
-        disocclusion: foliage.disocclusion.into(),
+        disocclusion: foliage.visibility.disocclusion.into(),
         log_hidden: (-share).ln_1p(),
         leaf_count: foliage.leaves.len() as u32,
         wood_levels: levels.len() as u32,

@@ -281,8 +281,8 @@ gpu_struct! {
         pub leaf_side: f32,
         /// Twice xy, yz, zx.
         pub normal_products: Vec3,
-        /// Unused.
-        pub padding: f32,
+        /// `windfall_core::foliage::Holes`: `solid` and `piece` as half floats, the first in the lower bits.
+        pub holes: u32,
     }
 }
 
@@ -332,14 +332,10 @@ gpu_struct! {
         pub ambient: Vec3,
         /// Mean luminance of the leaf textures, to recolour them.
         pub texture_luminance: f32,
+        /// `windfall_core::simplify::Visibility::sunlight`.
+        pub sunlight: Vec3,
         /// Leaves of the model.
         pub leaf_count: u32,
-        /// Cube root of the crown's volume for each leaf, metres.
-        pub leaf_spacing: f32,
-        /// Unused.
-        pub padding1: u32,
-        /// Unused.
-        pub padding2: u32,
         /// What lists of its trees are made from.
         pub crown: Crown,
     }
@@ -362,9 +358,9 @@ gpu_struct! {
         pub scale: f32,
         /// Roughness, `0..=1`.
         pub roughness: f32,
-        /// 1 where texels are holes, 0 where every texel is drawn. Alpha is rescaled so that the
-        /// cut-off is one half.
-        pub masked: u32,
+        /// `windfall_core::foliage::Holes::piece` of the picture, at least 0.001; 0 where every texel is drawn.
+        /// Alpha is rescaled so that the cut-off is one half.
+        pub piece: f32,
         /// Unused.
         pub padding: Vec2,
     }

@@ -57,19 +57,49 @@ impl Level {
         Self { width, height, texels }
     }
 
-    /// Share of the texels that are drawn at `cutoff`.
-    fn coverage(&self, cutoff: f32, scale: f32) -> f32 {
-        let drawn = self.texels.iter().filter(|t| t[3] * scale >= cutoff).count();
-        drawn as f32 / self.texels.len() as f32
+    /// Share of the picture that is drawn once alpha is multiplied by `scale`, in pixels as large as `pixel`
+    /// texels and pieces as large as `piece` of the picture: as `mask_share` in `leaves.wgsl` finds it, alpha
+    /// interpolated between texels. Averaged over `steps` by `steps` points between each four texels.
+    fn coverage(&self, scale: f32, pixel: f32, piece: f32, steps: usize) -> f32 {
+        let least = (0.5 * pixel / (self.width.max(self.height) as f32 * piece)).clamp(1e-3, 1.0);
+        let alpha = |x: usize, y: usize| (self.texels[y * self.width + x][3] * scale).min(1.0);
+        let points = || (0..steps).map(|i| (i as f32 + 0.5) / steps as f32);
+        let mut drawn = 0.0f64;
+        for y in 0..self.height {
+            let below = (y + 1).min(self.height - 1);
+            let mut row = 0.0;
+            for x in 0..self.width {
+                let right = (x + 1).min(self.width - 1);
+                let [a, b, c, d] =
+                    [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| alpha(x, y));
+                let share = |alpha: f32, width: f32| {
+                    ((alpha - CUTOFF) / width.max(least) + 0.5).clamp(0.0, 1.0)
+                };
+                if a == b && a == c && a == d {
+                    row += share(a, 0.0) * (steps * steps) as f32;
+                    continue;
+                }
+                for v in points() {
+                    let (left, slope) = (a + (c - a) * v, b - a + (a - b - c + d) * v);
+                    for u in points() {
+                        let width = pixel * (slope.abs() + (c - a + (a - b - c + d) * u).abs());
+                        row += share(left + slope * u, width);
+                    }
+                }
+            }
+            drawn += f64::from(row);
+        }
+        (drawn / (self.texels.len() * steps * steps) as f64) as f32
     }
 
-    /// Scales alpha so that as many texels are drawn as `coverage` says (Castaño 2010, "Computing
-    /// alpha mipmaps").
-    fn keep_coverage(&mut self, coverage: f32) {
+    /// Scales alpha so that as much is drawn of the level, in pixels of its texels' size, as `coverage` says
+    /// (Castaño 2010, "Computing alpha mipmaps").
+    fn keep_coverage(&mut self, coverage: f32, piece: f32) {
+        let steps = if self.texels.len() > 256 * 256 { 1 } else { 4 };
         let (mut low, mut high) = (0.0, 8.0);
-        for _ in 0..20 {
+        for _ in 0..14 {
             let middle = 0.5 * (low + high);
-            if self.coverage(CUTOFF, middle) < coverage {
+            if self.coverage(middle, 1.0, piece, steps) < coverage {
                 low = middle;
             } else {
                 high = middle;
@@ -135,13 +165,13 @@ impl TextureArray {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, materials: &[Material]) -> Self {
         let most = device.limits().max_texture_dimension_2d.min(LARGEST);
         let mut layers = Vec::new();
-        let mut images: Vec<(&Image, Option<f32>)> = Vec::new();
+        let mut images: Vec<(&Image, &Material)> = Vec::new();
         let mut repeat = false;
         for material in materials {
             layers.push(match &material.surface {
                 Surface::Texture(image, repeats) => {
                     repeat |= repeats;
-                    images.push((image, material.alpha_cutoff));
+                    images.push((image, material));
                     Some(images.len() as u32 - 1)
                 }
                 Surface::Plain | Surface::Bark(_) => None,
@@ -164,8 +194,9 @@ impl TextureArray {
             view_formats: &[],
         });
         let (mut luminance, mut drawn) = (0.0, 0.0);
-        for (layer, (image, cutoff)) in images.iter().enumerate() {
-            let mips = mip_chain(image, width as usize, height as usize, levels, *cutoff);
+        for (layer, (image, material)) in images.iter().enumerate() {
+            let mask = material.alpha_cutoff.map(|cutoff| (cutoff, smallest_piece(material)));
+            let mips = mip_chain(image, width as usize, height as usize, levels, mask);
             for t in &mips[0].texels {
                 luminance += (0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2]) * t[3];
                 drawn += t[3];
@@ -215,6 +246,13 @@ impl TextureArray {
     }
 }
 
+/// [`Holes::piece`] of a material's picture, at least what `Surface::piece` may be.
+///
+/// [`Holes::piece`]: windfall_core::foliage::Holes::piece
+pub(crate) fn smallest_piece(material: &Material) -> f32 {
+    material.holes().piece.max(1e-3)
+}
+
 /// Size of the array that holds the pictures of `materials`, no side above `most`.
 fn array_size(materials: &[Material], most: u32) -> (u32, u32) {
     materials.iter().fold((1, 1), |(width, height), material| match &material.surface {
@@ -237,31 +275,31 @@ pub(crate) fn array_bytes(materials: &[Material]) -> u64 {
 
 /// The whole mip chain of an image, first level at the given size.
 ///
-/// With a cut-off, alpha is rescaled so that the cut-off becomes [`CUTOFF`], and every level draws
-/// the same share of its texels as the first.
+/// With a mask, its cut-off and the size of its pieces, alpha is rescaled so that the cut-off becomes [`CUTOFF`],
+/// and every level draws as much of the picture as the first does from nearby.
 fn mip_chain(
     image: &Image,
     width: usize,
     height: usize,
     levels: u32,
-    cutoff: Option<f32>,
+    mask: Option<(f32, f32)>,
 ) -> Vec<Level> {
     let mut first = Level::from_image(image);
     if (first.width, first.height) != (width, height) {
         first = first.resize(width, height);
     }
-    if let Some(cutoff) = cutoff {
+    if let Some((cutoff, _)) = mask {
         first.scale_alpha(CUTOFF / cutoff.max(1e-3));
     }
-    let coverage = first.coverage(CUTOFF, 1.0);
     let mut chain = vec![first];
     for _ in 1..levels {
         let last = &chain[chain.len() - 1];
         chain.push(last.resize((last.width / 2).max(1), (last.height / 2).max(1)));
     }
-    if cutoff.is_some() {
+    if let Some((_, piece)) = mask {
+        let coverage = chain[0].coverage(1.0, 0.0, piece, 2);
         for level in &mut chain[1..] {
-            level.keep_coverage(coverage);
+            level.keep_coverage(coverage, piece);
         }
     }
     chain
@@ -285,23 +323,46 @@ mod tests {
 
     #[test]
     fn every_level_keeps_the_coverage_of_the_first() {
-        let chain = mip_chain(&strokes(64), 64, 64, 7, Some(0.5));
-        let wanted = chain[0].coverage(CUTOFF, 1.0);
-        assert!((wanted - 0.25).abs() < 0.01);
-        for level in &chain[1..4] {
-            let got = level.coverage(CUTOFF, 1.0);
-            // Levels of uniform alpha can only be drawn whole or not at all: never lose the leaf.
-            assert!(got >= wanted, "{} texels: {got}", level.texels.len());
+        // As large as the strokes are, and as if they were one piece, which pixels only cut.
+        for (piece, levels) in [(2.0 / 64.0, 7), (1.0, 3)] {
+            let chain = mip_chain(&strokes(64), 64, 64, 7, Some((0.5, piece)));
+            let wanted = chain[0].coverage(1.0, 0.0, piece, 8);
+            // Two texels of eight, less what interpolation rounds off.
+            assert!((0.22..0.26).contains(&wanted), "{wanted}");
+            for level in &chain[1..levels] {
+                let got = level.coverage(1.0, 1.0, piece, 8);
+                assert!((got / wanted - 1.0).abs() < 0.02, "{piece}, {}: {got}", level.width);
+            }
         }
-        // Without the correction the strokes are gone at once.
+        // Without the correction strokes that are cut are gone at once.
         let plain = mip_chain(&strokes(64), 64, 64, 7, None);
-        assert!(plain[3].coverage(CUTOFF, 1.0) < 0.01);
+        assert!(plain[3].coverage(1.0, 1.0, 1.0, 8) < 0.01);
+    }
+
+    #[test]
+    fn coverage_is_what_the_shader_draws() {
+        let level = |alpha: [f32; 4]| Level {
+            width: 4,
+            height: 1,
+            texels: alpha.map(|a| [0.0, 0.0, 0.0, a]).to_vec(),
+        };
+        // Alpha falls from 1 to 0 over the pixel between two texels.
+        let steep = level([1.0, 1.0, 0.0, 0.0]);
+        assert!((steep.coverage(1.0, 1.0, 1.0, 64) - 1.5 / 4.0).abs() < 1e-3);
+        // Half as steep, from nearby: it ends where alpha is a half.
+        let slanting = level([1.0, 0.5, 0.0, 0.0]);
+        assert!((slanting.coverage(1.0, 1e-3, 1.0, 64) - 1.0 / 4.0).abs() < 1e-2);
+        assert!((slanting.coverage(2.0, 1e-3, 1.0, 64) - 1.5 / 4.0).abs() < 1e-2);
+        // Pieces smaller than a pixel: alpha itself.
+        let even = level([0.3; 4]);
+        assert!((even.coverage(1.0, 1.0, 0.1, 4) - 0.3).abs() < 1e-6);
+        assert_eq!(even.coverage(1.0, 1.0, 1.0, 4), 0.0);
     }
 
     #[test]
     fn a_cut_off_becomes_one_half() {
         let image = Image { width: 2, height: 1, rgba: vec![0, 0, 0, 90, 0, 0, 0, 60] };
-        let chain = mip_chain(&image, 2, 1, 1, Some(0.3));
+        let chain = mip_chain(&image, 2, 1, 1, Some((0.3, 0.5)));
         // 90/255 = 0.353 is above 0.3, 60/255 = 0.235 below.
         assert!(chain[0].texels[0][3] > 0.5 && chain[0].texels[1][3] < 0.5);
     }

@@ -1,10 +1,13 @@
 //! The leaves of a tree: one list in prune order, in which a leaf keeps its identity from twig to
 //! litter.
 
+mod mask;
 mod mesh;
 mod pieces;
 mod shapes;
 
+pub use mask::Holes;
+pub(crate) use mask::Mask;
 pub(crate) use mesh::Mesh;
 pub(crate) use pieces::pieces;
 pub(crate) use shapes::Shaper;
@@ -32,10 +35,8 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
-    /// [`Visibility::share`], `r` of Fichtner's equation 3, of the leaves as they were put in order.
-    pub visible_share: f32,
-    /// [`Visibility::disocclusion`], of the leaves in the prune order that they were put in.
-    pub disocclusion: [f32; 3],
+    /// What the crown shows of its leaves, in the prune order that they were put in.
+    pub visibility: Visibility,
     /// What shading draws together towards in simplified trees.
     pub shading: Shading,
 }
@@ -116,6 +117,17 @@ impl LeafShape {
             })
             .sum()
     }
+
+    /// Area in texture coordinates: 1 of the whole picture.
+    fn area_on_picture(&self) -> f32 {
+        self.indices
+            .chunks_exact(3)
+            .map(|t| {
+                let [a, b, c] = [t[0], t[1], t[2]].map(|i| self.uvs[i as usize]);
+                (b - a).perp_dot(c - a).abs() * 0.5
+            })
+            .sum()
+    }
 }
 
 impl Foliage {
@@ -159,8 +171,7 @@ impl Foliage {
             palette,
             shed_order,
             crown_center,
-            visible_share: 0.0,
-            disocclusion: Visibility::BY_CHANCE,
+            visibility: Visibility::default(),
             shading: Shading::default(),
         };
         let open = openness(&foliage);
@@ -177,34 +188,51 @@ impl Foliage {
         self.mean(|leaf| 2.0 * leaf.scale * self.shapes[leaf.shape as usize].radius())
     }
 
-    /// Side of a square as large as what a leaf shows in the mean, metres: half of its area, as of leaves that
-    /// lean in every direction alike.
+    /// Side of a square as large as what a leaf shows in the mean, holes and all, metres: half of its area, as of
+    /// leaves that lean in every direction alike.
     pub fn leaf_side(&self) -> f32 {
         let areas: Vec<f32> = self.shapes.iter().map(LeafShape::area).collect();
         self.mean(|leaf| 0.5 * leaf.scale * leaf.scale * areas[leaf.shape as usize]).sqrt()
+    }
+
+    /// The holes in its leaves, in the mean over their areas.
+    pub fn holes(&self) -> Holes {
+        let areas: Vec<f32> = self.shapes.iter().map(LeafShape::area).collect();
+        let on_pictures: Vec<f32> = self.shapes.iter().map(LeafShape::area_on_picture).collect();
+        let of_pictures: Vec<Holes> = self.materials.iter().map(Material::holes).collect();
+        let (mut solid, mut piece, mut all) = (0.0, 0.0, 0.0);
+        for leaf in &self.leaves {
+            let (shape, area) =
+                (leaf.shape as usize, leaf.scale * leaf.scale * areas[leaf.shape as usize]);
+            let holes = of_pictures.get(leaf.material as usize).copied().unwrap_or(Holes::NONE);
+            // Of the part of the picture that the leaf has.
+            let of_leaf = |share: f32| {
+                if holes == Holes::NONE { 1.0 } else { (share / on_pictures[shape]).min(1.0) }
+            };
+            solid += area * of_leaf(holes.solid);
+            piece += area * of_leaf(holes.piece * holes.piece);
+            all += area;
+        }
+        if all > 0.0 {
+            Holes { solid: solid / all, piece: (piece / all).sqrt() }
+        } else {
+            Holes::NONE
+        }
     }
 
     fn mean(&self, of: impl Fn(&Leaf) -> f32) -> f32 {
         self.leaves.iter().map(of).sum::<f32>() / self.leaves.len().max(1) as f32
     }
 
-    /// Looks at the crown, for `visible_share` and `disocclusion`.
+    /// Looks at the crown, for `visibility`.
     pub(crate) fn look(&mut self) {
-        let seen = Visibility::of(self);
-        (self.visible_share, self.disocclusion) = (seen.share, seen.disocclusion);
+        self.visibility = Visibility::of(self);
     }
 
     /// Half of the box about [`Self::crown_center`] that holds all leaves' centres, metres; above 0.
     pub fn crown_extent(&self) -> Vec3 {
         let extents = self.leaves.iter().map(|l| (l.center - self.crown_center).abs());
         extents.fold(Vec3::splat(1e-3), Vec3::max)
-    }
-
-    /// How far leaves hang from each other, metres: cube root of the volume that each has of an ellipsoid with
-    /// [`Self::crown_extent`].
-    pub fn leaf_spacing(&self) -> f32 {
-        let volume = 4.0 / 3.0 * std::f32::consts::PI * self.crown_extent().element_product();
-        (volume / self.leaves.len().max(1) as f32).cbrt()
     }
 
     /// Triangles of all leaves.

@@ -1,6 +1,7 @@
 //! The level of detail of one tree: equations 1 to 6.
 
 use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification, Visibility};
+use crate::foliage::Holes;
 
 /// Samples of a pixel that leaves are drawn with.
 const SAMPLES: f32 = 4.0;
@@ -38,6 +39,8 @@ pub struct Seen {
     ///
     /// [`Foliage::leaf_side`]: crate::foliage::Foliage::leaf_side
     pub leaf_side: f32,
+    /// The holes in it.
+    pub holes: Holes,
     /// How much of the tree's crown a leaf shows.
     pub visibility: Visibility,
 }
@@ -78,7 +81,7 @@ impl Simplification {
         }
         let contrast = self.contrast_pixels.map_or(lambda.sqrt(), |pixels| {
             let side = seen.leaf_side * seen.pixels / seen.distance.max(1e-3);
-            contrast(lambda, side / pixels, SAMPLES * pixels * pixels)
+            contrast(lambda, side / pixels, seen.holes, SAMPLES * pixels * pixels)
         });
         Level { lambda, radius: self.radius(lambda), growth, contrast }
     }
@@ -153,12 +156,18 @@ pub fn share_for(s: f32, r: f32) -> f32 {
 /// large, a pixel has few before and after: their contrast stays. Between, it is the root of what a pixel's mean
 /// leaves of the variance ([`variance_left`]) before over what it leaves after.
 ///
+/// Through holes in cards other cards are seen: their contrast is that of the pieces between, but for the share of
+/// a card that is there, which is of one card all over.
+///
 /// A pixel of few `samples` leaves more of it than its mean would. A whole tree is drawn with that noise; the
 /// farther a tree is simplified, the more of it is taken off as well.
-pub fn contrast(lambda: f32, side: f32, samples: f32) -> f32 {
-    let side = side.max(1e-3);
-    let left = variance_left(side / lambda.sqrt());
-    (variance_left(side) / (left + (1.0 - left) * (1.0 - lambda) / samples)).sqrt()
+pub fn contrast(lambda: f32, side: f32, holes: Holes, samples: f32) -> f32 {
+    let variance = |side: f32| {
+        let piece = variance_left((side * holes.piece).max(1e-3));
+        piece + holes.solid * (variance_left(side.max(1e-3)) - piece)
+    };
+    let left = variance(side / lambda.sqrt());
+    (variance(side) / (left + (1.0 - left) * (1.0 - lambda) / samples)).sqrt()
 }
 
 /// What is left of a variance between leaves in the means over pixels, `0..=1`, where leaves are squares of
@@ -190,6 +199,7 @@ mod tests {
             radius: 5.0,
             leaf_length: 0.08,
             leaf_side: 0.03,
+            holes: Holes::NONE,
             visibility,
         }
     }
@@ -248,19 +258,25 @@ mod tests {
     fn contrast_goes_with_what_a_pixel_averages() {
         // Leaves much smaller than a pixel: that of SFS. As large as several: all of it.
         for lambda in [0.5, 0.06, 0.01] {
-            assert!((contrast(lambda, 1e-3, 1e9) / lambda.sqrt() - 1.0).abs() < 0.01);
-            assert!(contrast(lambda, 20.0, 4.0) > 0.97);
+            assert!((contrast(lambda, 1e-3, Holes::NONE, 1e9) / lambda.sqrt() - 1.0).abs() < 0.01);
+            assert!(contrast(lambda, 20.0, Holes::NONE, 4.0) > 0.97);
         }
-        assert_eq!(contrast(1.0, 0.3, 4.0), 1.0);
+        assert_eq!(contrast(1.0, 0.3, Holes::NONE, 4.0), 1.0);
         // Leaves of 0.225 pixels, then of 0.9: 0.0433 of the variance is left, then 0.3969, and in the mean of four
         // samples 0.5383. In squares of 2 by 2 pixels 0.0117, then 0.1463, of sixteen samples 0.1963.
         let of = |contrast_pixels| {
             Simplification { contrast_pixels, ..paper(0.5) }.level(&seen(80.0)).contrast
         };
-        assert!((contrast(1.0 / 16.0, 0.225, 1e9) - 0.3303).abs() < 1e-3);
+        assert!((contrast(1.0 / 16.0, 0.225, Holes::NONE, 1e9) - 0.3303).abs() < 1e-3);
         assert!((of(None) - 0.25).abs() < 1e-6);
         assert!((of(Some(1.0)) - 0.2837).abs() < 1e-3);
         assert!((of(Some(2.0)) - 0.2443).abs() < 1e-3, "{}", of(Some(2.0)));
+
+        // Cards of 8 pixels of which half is there, in pieces of 0.4: 0.9184 and 0.1202, then 0.9793 and 0.6267.
+        let holes = Holes { solid: 0.5, piece: 0.05 };
+        assert!((contrast(1.0 / 16.0, 8.0, holes, 1e9) - 0.8042).abs() < 1e-3);
+        let whole = Holes { solid: 1.0, ..holes };
+        assert_eq!(contrast(0.1, 3.0, whole, 4.0), contrast(0.1, 3.0, Holes::NONE, 4.0));
 
         // Squares of chance values, one beside the other, anywhere over a pixel of 60 points a side.
         for side in [0.2f32, 0.7, 1.0, 2.5] {

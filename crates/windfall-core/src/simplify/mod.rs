@@ -6,11 +6,13 @@
 //! the reference for the shaders.
 
 mod budget;
+mod film;
 mod level;
 mod nearest;
 mod order;
 mod shading;
 mod shape;
+mod sunlight;
 mod visible;
 mod wood;
 
@@ -19,6 +21,7 @@ pub use level::{Level, Seen, area_scale, contrast, share_for, variance_left};
 pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shading::Shading;
 pub use shape::{LIT_AT_VERTICES, SIMPLE_BELOW, as_quad, simple_shapes};
+pub use sunlight::SHADE_SPREAD;
 pub use visible::{Visibility, openness, sides, visible_areas};
 pub use wood::{Branch, SimpleWood, WoodLevel};
 

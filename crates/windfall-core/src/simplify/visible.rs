@@ -1,21 +1,13 @@
 //! What is seen of a crown: depth renders of its leaves from outside, on the CPU.
-//!
-//! Orthographic, a sample in the middle of each pixel, masks respected, wood left out. The pictures
-//! are small, as they are only counted: a leaf has a few pixels, in each of many directions.
 
-use super::{area_scale, share_for};
+use super::film::{Count, Film};
+use super::{area_scale, share_for, sunlight};
 use crate::foliage::{Foliage, Leaf, LeafShape};
-use crate::tree::{Image, Material, Surface};
-use glam::{Mat3, Vec2, Vec3};
+use crate::tree::Surface;
+use glam::Vec3;
 
-/// Pixels across the square root of a leaf's area, where a picture's size allows it.
-const PIXELS_A_LEAF: f32 = 3.0;
-/// Smallest and largest picture, pixels a side.
-const SIZES: (f32, f32) = (96.0, 256.0);
 /// Directions of the sky in which [`openness`] looks.
 const SKY: usize = 32;
-/// No leaf.
-const NONE: u32 = u32::MAX;
 
 /// What a crown shows of its leaves, as far as simplification must know.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,18 +28,30 @@ pub struct Visibility {
     /// has the outermost first, leaves them free of each other. It is measured in the prune order that
     /// the leaves have, down to 16 of them; below, the last stands.
     pub disocclusion: [f32; 3],
+    /// Factors on the sunlight of survivors, above 0, with which those that are seen have as much of it in the
+    /// mean as what is seen of the whole crown, where a quarter of them is left, a sixteenth, and a 64th.
+    ///
+    /// Leaves shade each other. Of fewer, larger ones each stands for many that lie partly in the shade of
+    /// others, and itself finds light beyond those: the more so, the larger leaves are in their crown. 1 where
+    /// leaves have no pictures: lit once, in the mean of their corners, those were measured to have what they
+    /// should.
+    pub sunlight: [f32; 3],
 }
 
 impl Default for Visibility {
     /// Nothing to see.
     fn default() -> Self {
-        Self { share: 0.0, disocclusion: Self::BY_CHANCE }
+        Self { share: 0.0, disocclusion: Self::BY_CHANCE, sunlight: Self::BY_CHANCE }
     }
 }
 
 impl Visibility {
+    /// Shares of the leaves at which factors are measured.
+    pub const MEASURED: [f32; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
     /// [`Self::disocclusion`] of leaves that are strewn by chance.
     pub const BY_CHANCE: [f32; 3] = [1.0; 3];
+    /// Fewer leaves than these are not measured: what a few show is chance.
+    pub(super) const FEW: usize = 16;
 
     /// Looks at a crown from five directions, three of them at the horizon. About 40 ms for 10,000
     /// leaves of ten triangles.
@@ -66,11 +70,10 @@ impl Visibility {
             (part.max(1) as f32 / seen as f32).ln()
         };
         let mut disocclusion = Self::BY_CHANCE;
-        let (mut lambda, mut last) = (1.0, 0.0f32);
-        for factor in &mut disocclusion {
-            lambda /= 4.0;
+        let mut last = 0.0f32;
+        for (factor, lambda) in disocclusion.iter_mut().zip(Self::MEASURED) {
             let count = (lambda * all as f32).round() as usize;
-            if count < 16 {
+            if count < Self::FEW {
                 *factor = last.exp();
                 continue;
             }
@@ -84,12 +87,15 @@ impl Visibility {
             last = (first - left / slope).clamp(last - 0.9 * 4f32.ln(), last + 0.5 * 4f32.ln());
             *factor = last.exp();
         }
-        Self { share, disocclusion }
+        let mut found = Self { share, disocclusion, ..Self::default() };
+        if foliage.materials.iter().any(|m| matches!(m.surface, Surface::Texture(..))) {
+            found.sunlight = sunlight::factors(foliage, &mut film, &found);
+        }
+        found
     }
 
-    /// [`Self::disocclusion`] at `lambda`: straight over its logarithm.
-    fn factor(&self, lambda: f32) -> f32 {
-        let [a, b, c] = self.disocclusion;
+    /// A factor at `lambda`: straight over its logarithm.
+    fn factor([a, b, c]: [f32; 3], lambda: f32) -> f32 {
         let quarters = -0.5 * lambda.log2();
         let step = |i: f32| (quarters - i).clamp(0.0, 1.0);
         1.0 + step(0.0) * (a - 1.0) + step(1.0) * (b - a) + step(2.0) * (c - b)
@@ -98,7 +104,7 @@ impl Visibility {
     /// The factor on the area of those that are left when `lambda` of them are, at least 1:
     /// [`area_scale`] as this crown needs it.
     pub fn area_scale(&self, lambda: f32) -> f32 {
-        (area_scale(lambda, self.share) * self.factor(lambda)).max(1.0)
+        (area_scale(lambda, self.share) * Self::factor(self.disocclusion, lambda)).max(1.0)
     }
 
     /// The `λ` at which [`Self::area_scale`] is `s`, at most 1; 0 where it never is.
@@ -106,7 +112,7 @@ impl Visibility {
         let mut lambda = 1.0f32;
         // Each round leaves less than 0.9 of the error, mostly a fifth.
         for _ in 0..24 {
-            let next = share_for(s / self.factor(lambda), self.share);
+            let next = share_for(s / Self::factor(self.disocclusion, lambda), self.share);
             if next <= 0.0 {
                 return 0.0;
             }
@@ -175,7 +181,7 @@ pub fn sides() -> [Vec3; 13] {
 }
 
 /// Some of [`sides`]: crowns are round enough for a few.
-fn few_sides() -> [Vec3; 5] {
+pub(super) fn few_sides() -> [Vec3; 5] {
     let sides = sides();
     [0, 3, 6, 9, 11].map(|i| sides[i])
 }
@@ -193,192 +199,14 @@ pub(super) fn sky(count: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// Pixels of one leaf, over all pictures.
-#[derive(Debug, Clone, Copy, Default)]
-struct Count {
-    /// With all others taken away.
-    drawn: u32,
-    /// That no other hides.
-    seen: u32,
-}
-
-impl Count {
-    /// Pixels of all leaves, those that are drawn and those that are seen.
-    fn sum(count: &[Self]) -> (u64, u64) {
-        count
-            .iter()
-            .fold((0, 0), |(drawn, seen), c| (drawn + u64::from(c.drawn), seen + u64::from(c.seen)))
-    }
-}
-
-/// A square picture of a crown: which leaf is nearest in each pixel.
-struct Film {
-    size: usize,
-    center: Vec3,
-    /// Pixels per metre.
-    scale: f32,
-    depth: Vec<f32>,
-    nearest: Vec<u32>,
-    /// The leaf that was last drawn over a pixel: one with a back is counted once.
-    last: Vec<u32>,
-}
-
-impl Film {
-    /// A film on which the crown fits from every side, its leaves grown by `growth`; `None` where
-    /// there is nothing to see.
-    fn around(foliage: &Foliage, growth: f32) -> Option<Self> {
-        let leaves = &foliage.leaves;
-        let radii: Vec<f32> = foliage.shapes.iter().map(LeafShape::radius).collect();
-        let areas: Vec<f32> = foliage.shapes.iter().map(LeafShape::area).collect();
-        let reach = |l: &Leaf| growth * l.scale * radii[l.shape as usize];
-        let (low, high) = leaves.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), l| {
-            (a.min(l.center), b.max(l.center))
-        });
-        let center = (low + high) / 2.0;
-        let radius =
-            leaves.iter().map(|l| l.center.distance(center) + reach(l)).fold(0.0, f32::max);
-        let area = leaves.iter().map(|l| l.scale * l.scale * areas[l.shape as usize]).sum::<f32>()
-            / leaves.len().max(1) as f32;
-        let pixels = 2.0 * radius / area.sqrt() * PIXELS_A_LEAF;
-        if !(radius.is_finite() && radius > 0.0 && center.is_finite() && pixels > 0.0) {
-            return None;
-        }
-        let size = pixels.clamp(SIZES.0, SIZES.1) as usize;
-        Some(Self {
-            size,
-            center,
-            scale: (size - 2) as f32 / (2.0 * radius),
-            depth: vec![0.0; size * size],
-            nearest: vec![NONE; size * size],
-            last: vec![NONE; size * size],
-        })
-    }
-
-    fn pixel_area(&self) -> f32 {
-        1.0 / (self.scale * self.scale)
-    }
-
-    /// Pixels of each of the first `leaves`, grown by `growth`, looked at from all of `directions`.
-    fn count(
-        &mut self,
-        foliage: &Foliage,
-        leaves: usize,
-        growth: f32,
-        directions: &[Vec3],
-    ) -> Vec<Count> {
-        let leaves = &foliage.leaves[..leaves];
-        let masks: Vec<Option<Mask<'_>>> = foliage.materials.iter().map(Mask::of).collect();
-        let mut count = vec![Count::default(); leaves.len()];
-        for &direction in directions {
-            self.depth.fill(f32::NEG_INFINITY);
-            self.nearest.fill(NONE);
-            self.last.fill(NONE);
-            let (right, up) = direction.any_orthonormal_pair();
-            let view = Mat3::from_cols(right, up, direction).transpose();
-            let mut corners = Vec::new();
-            for (i, leaf) in leaves.iter().enumerate() {
-                let shape = &foliage.shapes[leaf.shape as usize];
-                let turn =
-                    view * Mat3::from_quat(leaf.orientation) * (leaf.scale * growth * self.scale);
-                let middle = view * (leaf.center - self.center) * self.scale
-                    + Vec3::new(self.size as f32, self.size as f32, 0.0) / 2.0;
-                corners.clear();
-                corners.extend(shape.positions.iter().map(|&p| middle + turn * p));
-                let mask = masks.get(leaf.material as usize).and_then(Option::as_ref);
-                for t in shape.indices.chunks_exact(3) {
-                    let t = [t[0], t[1], t[2]].map(|corner| corner as usize);
-                    let uvs = mask.map(|mask| (mask, t.map(|i| shape.uvs[i])));
-                    count[i].drawn += self.triangle(t.map(|i| corners[i]), uvs, i as u32);
-                }
-            }
-            for &leaf in self.nearest.iter().filter(|&&leaf| leaf != NONE) {
-                count[leaf as usize].seen += 1;
-            }
-        }
-        count
-    }
-
-    /// Draws a triangle of a leaf; the pixels that the leaf had not covered before.
-    fn triangle(
-        &mut self,
-        [a, b, c]: [Vec3; 3],
-        mask: Option<(&Mask<'_>, [Vec2; 3])>,
-        leaf: u32,
-    ) -> u32 {
-        let [p, q, r] = [a, b, c].map(Vec3::truncate);
-        // Pixels whose middles lie within its box: of a small triangle often none.
-        let end = self.size as i32;
-        // (The cast rounds towards 0, much faster than `floor` on machines of the plainest kind.)
-        let first = |low: f32| ((low + 0.5) as i32).max(0);
-        let last = |high: f32| ((high + 0.5) as i32).min(end);
-        let low = p.min(q).min(r);
-        let high = p.max(q).max(r);
-        let (xs, ys) = (first(low.x)..last(high.x), first(low.y)..last(high.y));
-        let area = (q - p).perp_dot(r - p);
-        if xs.is_empty() || ys.is_empty() || area == 0.0 {
-            return 0;
-        }
-        let per_area = 1.0 / area;
-        let mut fresh = 0;
-        for y in ys {
-            for x in xs.clone() {
-                let at = Vec2::new(x as f32, y as f32) + 0.5;
-                let u = (r - q).perp_dot(at - q) * per_area;
-                let v = (p - r).perp_dot(at - r) * per_area;
-                let w = 1.0 - u - v;
-                // Of no use are pixels outside, nor those of a triangle too thin for its area.
-                if !(u >= 0.0 && v >= 0.0 && w >= 0.0) {
-                    continue;
-                }
-                if let Some((mask, [s, t, o])) = mask
-                    && !mask.covers(s * u + t * v + o * w)
-                {
-                    continue;
-                }
-                let pixel = (y * end + x) as usize;
-                fresh += u32::from(std::mem::replace(&mut self.last[pixel], leaf) != leaf);
-                let depth = a.z * u + b.z * v + c.z * w;
-                if depth > self.depth[pixel] {
-                    self.depth[pixel] = depth;
-                    self.nearest[pixel] = leaf;
-                }
-            }
-        }
-        fresh
-    }
-}
-
-/// A picture with holes.
-struct Mask<'a> {
-    image: &'a Image,
-    repeat: bool,
-    cutoff: f32,
-}
-
-impl<'a> Mask<'a> {
-    fn of(material: &'a Material) -> Option<Self> {
-        match (&material.surface, material.alpha_cutoff) {
-            (Surface::Texture(image, repeat), Some(cutoff)) => {
-                Some(Self { image, repeat: *repeat, cutoff: cutoff * 255.0 })
-            }
-            _ => None,
-        }
-    }
-
-    fn covers(&self, uv: Vec2) -> bool {
-        let uv = if self.repeat { uv - uv.floor() } else { uv };
-        let texel = |x: f32, n: u32| ((x * n as f32).max(0.0) as u32).min(n - 1) as usize;
-        let (x, y) = (texel(uv.x, self.image.width), texel(uv.y, self.image.height));
-        f32::from(self.image.rgba[4 * (y * self.image.width as usize + x) + 3]) >= self.cutoff
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foliage::Holes;
     use crate::simplify::PruneOrder;
     use crate::tree::species::Species;
-    use glam::Quat;
+    use crate::tree::{Image, Material};
+    use glam::{Quat, Vec2};
 
     /// Squares of one metre, upright, facing +Z.
     fn squares(centers: &[Vec3]) -> Foliage {
@@ -413,21 +241,6 @@ mod tests {
         assert!((foliage.leaf_side() - 1.25f32.sqrt()).abs() < 1e-6);
         assert!((foliage.leaf_length() - 1.5 * 2f32.sqrt()).abs() < 1e-6);
         assert_eq!([Foliage::default().leaf_side(), Foliage::default().leaf_length()], [0.0; 2]);
-    }
-
-    #[test]
-    fn leaves_hang_as_far_apart_as_the_crown_has_room() {
-        let corners: Vec<Vec3> = (0..8)
-            .map(|i| Vec3::new(1.0, 2.0, 3.0) * Vec3::from([1, 2, 4].map(|bit| sign(i & bit))))
-            .collect();
-        // An ellipsoid of 8 pi cubic metres.
-        let spacing = squares(&corners).leaf_spacing();
-        assert!((spacing - std::f32::consts::PI.cbrt()).abs() < 1e-5, "{spacing}");
-        assert!(Foliage::default().leaf_spacing() > 0.0);
-    }
-
-    fn sign(bit: i32) -> f32 {
-        if bit == 0 { -1.0 } else { 1.0 }
     }
 
     #[test]
@@ -498,6 +311,12 @@ mod tests {
         let seen = visible_areas(&foliage)[0];
         assert!((seen / whole - 0.25).abs() < 0.02, "{seen} {whole}");
         assert_eq!(Visibility::of(&foliage).share, 1.0);
+        // Of the whole picture, and of the half of it that another leaf has.
+        assert_eq!(foliage.holes(), Holes { solid: 0.25, piece: 0.5 });
+        foliage.shapes[0].uvs.iter_mut().for_each(|uv| uv.x *= 0.5);
+        assert_eq!(foliage.holes(), Holes { solid: 0.5, piece: 0.5f32.sqrt() });
+        foliage.materials[0].alpha_cutoff = None;
+        assert_eq!(foliage.holes(), Holes::NONE);
     }
 
     #[test]
@@ -525,7 +344,7 @@ mod tests {
             for disocclusion in
                 [falling(-0.3), Visibility::BY_CHANCE, falling(0.2), falling(0.6), flat]
             {
-                let seen = Visibility { share, disocclusion };
+                let seen = Visibility { share, disocclusion, ..Visibility::default() };
                 assert_eq!(seen.area_scale(1.0), 1.0);
                 for lambda in [0.9, 0.5, 0.1, 0.05] {
                     let back = seen.share_for(seen.area_scale(lambda));

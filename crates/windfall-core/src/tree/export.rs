@@ -122,8 +122,8 @@ fn write(tree: &Tree, in_prune_order: bool) -> Result<Vec<u8>, ExportError> {
             part.extras = Some(json!({
                 "leaves": count,
                 "indicesPerLeaf": most,
-                "visibleShare": foliage.visible_share,
-                "disocclusion": foliage.disocclusion,
+                "visibleShare": foliage.visibility.share,
+                "disocclusion": foliage.visibility.disocclusion,
             }));
         }
         part

@@ -33,12 +33,13 @@ const AMBIENT_IN_AIR: f32 = 0.9;
 const SHOW_LAPS: u32 = 1u;
 const LANDED_COLOR = vec3<f32>(1.0, 0.16, 0.42);
 
-fn lap_color(lap: u32) -> vec3<f32> {
-    var colors = array<vec3<f32>, 6>(
-        vec3(0.05, 0.45, 0.08), vec3(0.80, 0.62, 0.03), vec3(0.05, 0.25, 0.80),
-        vec3(0.80, 0.25, 0.03), vec3(0.35, 0.08, 0.65), vec3(0.05, 0.60, 0.65),
-    );
-    return colors[lap % 6u];
+// Green, yellow, blue, orange, violet and teal in turn, as LooseLeaf.color has them. Software drivers run both sides
+// of every branch: a table of vectors, written to memory for each leaf, was an eighth of what a pose costs.
+fn lap_color(lap: u32) -> u32 {
+    let turn = lap % 6u;
+    let first = select(select(0xa15a28u, 0x1f8ea1u, turn == 1u), 0x337928u, turn == 0u);
+    let second = select(select(0x918c28u, 0x91336bu, turn == 4u), 0x1f5aa1u, turn == 3u);
+    return select(second, first, turn < 3u);
 }
 
 fn stack_height(scale: f32, thickness: f32, key: u32) -> f32 {
@@ -100,7 +101,8 @@ fn loose_leaf(leaf: LeafConstants) -> LooseLeaf {
         let settle = settle_time(leaf.landing.w);
         lift *= smooth_step(1.0 - (leaf.landing.w - elapsed) / max(settle, 1e-30));
         if fall.show == SHOW_LAPS {
-            color = lap_color(pose.lap);
+            let root = unpack4x8unorm(lap_color(pose.lap)).rgb;
+            color = 2.0 * root * root;
         }
     } else {
         out.scale *= vanishing(leaf.vanish_time);

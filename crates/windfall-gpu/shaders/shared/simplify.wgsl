@@ -28,23 +28,17 @@ fn fade_radius(list: TreeList, lambda: f32) -> f32 {
     return select(radius, min(radius, 1.0 - lambda), (list.flags & 1u) != 0u);
 }
 
-// Crown.disocclusion at a level: straight over its logarithm.
-fn disocclusion(crown: Crown, lambda: f32) -> f32 {
-    let steps = clamp(vec3(-0.5 * log2(lambda)) - vec3(0.0, 1.0, 2.0), vec3(0.0), vec3(1.0));
-    return 1.0 + dot(steps, crown.disocclusion - vec3(1.0, crown.disocclusion.xy));
-}
-
 // Factor on the area of the leaves that are left: equation 3, as the crown needs it.
 fn area_scale(crown: Crown, lambda: f32) -> f32 {
     let s = one_minus_exp(crown.log_hidden / lambda) / crown.visible_share;
-    return max(s * disocclusion(crown, lambda), 1.0);
+    return max(s * measured_factor(crown.disocclusion, lambda), 1.0);
 }
 
 // Its inverse.
 fn share_for(crown: Crown, s: f32) -> f32 {
     var lambda = 1.0;
     for (var round = 0u; round < 24u; round++) {
-        let hidden = crown.visible_share * s / disocclusion(crown, lambda);
+        let hidden = crown.visible_share * s / measured_factor(crown.disocclusion, lambda);
         if hidden >= 1.0 {
             return 0.0;
         }
@@ -62,16 +56,22 @@ fn variance_left(side: f32) -> f32 {
     return along * along;
 }
 
+// The same of leaves with holes: how much of them is there, and how large the pieces are.
+fn variance_left_of(holes: vec2<f32>, side: f32) -> f32 {
+    return mix(variance_left(max(side * holes.y, 1e-3)), variance_left(max(side, 1e-3)), holes.x);
+}
+
 // What is left of the contrast between leaves: equation 4, for leaves that may be as large as pixels. `pixel` is
 // the size of a pixel at the leaves, metres.
-fn contrast(list: TreeList, lambda: f32, leaf_side: f32, pixel: f32) -> f32 {
+fn contrast(list: TreeList, crown: Crown, lambda: f32, leaf_side: f32, pixel: f32) -> f32 {
     if list.contrast_pixels <= 0.0 {
         return sqrt(lambda);
     }
-    let side = max(leaf_side / (pixel * list.contrast_pixels), 1e-3);
+    let holes = unpack2x16float(crown.holes);
+    let side = leaf_side / (pixel * list.contrast_pixels);
     let samples = SAMPLES * list.contrast_pixels * list.contrast_pixels;
-    let left = variance_left(side * inverseSqrt(lambda));
-    return sqrt(variance_left(side) / (left + (1.0 - left) * (1.0 - lambda) / samples));
+    let left = variance_left_of(holes, side * inverseSqrt(lambda));
+    return sqrt(variance_left_of(holes, side) / (left + (1.0 - left) * (1.0 - lambda) / samples));
 }
 
 // `scale` is the tree's, on the model's lengths.
@@ -94,7 +94,7 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
         }
         growth = min(sqrt(area_scale(crown, lambda)), most);
     }
-    let left = contrast(list, lambda, crown.leaf_side * scale, away / list.pixels);
+    let left = contrast(list, crown, lambda, crown.leaf_side * scale, away / list.pixels);
     return Level(lambda, fade_radius(list, lambda), growth, left);
 }
 

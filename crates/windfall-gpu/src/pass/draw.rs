@@ -14,7 +14,6 @@ pub(crate) struct Draw<'a> {
     /// Entry points.
     pub vertex: &'a str,
     pub fragment: Option<&'a str>,
-    pub alpha_to_coverage: bool,
     pub target: DrawTarget,
     /// Values of the shader's `override`s.
     pub constants: &'a [(&'a str, f64)],
@@ -85,7 +84,7 @@ impl Shaders<'_> {
                     DrawTarget::Shadow | DrawTarget::Picture(_) => 1,
                 },
                 mask: !0,
-                alpha_to_coverage_enabled: draw.alpha_to_coverage,
+                alpha_to_coverage_enabled: false,
             },
             fragment: draw.fragment.map(|entry_point| wgpu::FragmentState {
                 module: &module,

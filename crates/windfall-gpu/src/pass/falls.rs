@@ -116,7 +116,7 @@ impl Falls {
         let device = shaders.device;
         let layout_falls = layout(device, "falls", &[false, false, false, false, true, true, true]);
         let compute = |label| kernel(shaders, &layout_falls, label, false);
-        let draw = |label, fragment, alpha_to_coverage, target, lit_at_vertices| {
+        let draw = |label, fragment, target, lit_at_vertices| {
             shaders.pipeline(&Draw {
                 label,
                 source: include_str!("../../shaders/leaves.wgsl"),
@@ -125,7 +125,6 @@ impl Falls {
                 cull: None,
                 vertex: "loose",
                 fragment,
-                alpha_to_coverage,
                 target,
                 constants: &[("lit_at_vertices", lit_at_vertices)],
             })
@@ -137,14 +136,13 @@ impl Falls {
             land: compute("land"),
             pose: compute("pose"),
             change: compute("change"),
-            solid: draw("loose leaves", Some("solid"), false, radiance, 0.0),
-            masked: draw("masked loose leaves", Some("masked"), true, radiance, 0.0),
-            small: draw("small loose leaves", Some("small"), false, radiance, 1.0),
-            solid_shadow: draw("loose leaf shadow", None, false, DrawTarget::Shadow, 0.0),
+            solid: draw("loose leaves", Some("solid"), radiance, 0.0),
+            masked: draw("masked loose leaves", Some("masked"), radiance, 0.0),
+            small: draw("small loose leaves", Some("small"), radiance, 1.0),
+            solid_shadow: draw("loose leaf shadow", None, DrawTarget::Shadow, 0.0),
             masked_shadow: draw(
                 "masked loose leaf shadow",
                 Some("masked_shadow"),
-                false,
                 DrawTarget::Shadow,
                 0.0,
             ),

@@ -40,7 +40,6 @@ impl Grass {
             cull: None,
             vertex: "vertex",
             fragment: Some("fragment"),
-            alpha_to_coverage: false,
             target: DrawTarget::Radiance,
             constants: &[],
         });

@@ -129,7 +129,6 @@ impl Ground {
                 cull: Some(wgpu::Face::Back),
                 vertex: "vertex",
                 fragment: Some("fragment"),
-                alpha_to_coverage: false,
                 target: DrawTarget::Radiance,
                 constants: &[],
             }),

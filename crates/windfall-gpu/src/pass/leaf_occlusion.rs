@@ -198,7 +198,6 @@ impl Falls {
                 cull: None,
                 vertex,
                 fragment: Some(fragment),
-                alpha_to_coverage: fragment == "masked",
                 target,
                 constants: &[],
             })

@@ -58,36 +58,34 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline =
-            |far: bool, lit: Lit, vertex, fragment: Option<&'static str>, coverage, target| {
-                shaders.pipeline(&Draw {
-                    label: fragment.unwrap_or("leaf shadow"),
-                    source: include_str!("../../shaders/leaves.wgsl"),
-                    groups: &[part_layout],
-                    buffers: &[vertices.clone(), tree_instances()],
-                    cull: None,
-                    vertex,
-                    fragment,
-                    alpha_to_coverage: coverage,
-                    target,
-                    constants: &[
-                        ("far", f64::from(u8::from(far))),
-                        ("lit_at_vertices", (lit != Lit::InPixels).into()),
-                        ("outlines", lit.outlines().into()),
-                        ("midribs", (lit == Lit::WithMidribs).into()),
-                        ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
-                    ],
-                })
-            };
+        let pipeline = |far: bool, lit: Lit, vertex, fragment: Option<&'static str>, target| {
+            shaders.pipeline(&Draw {
+                label: fragment.unwrap_or("leaf shadow"),
+                source: include_str!("../../shaders/leaves.wgsl"),
+                groups: &[part_layout],
+                buffers: &[vertices.clone(), tree_instances()],
+                cull: None,
+                vertex,
+                fragment,
+                target,
+                constants: &[
+                    ("far", f64::from(u8::from(far))),
+                    ("lit_at_vertices", (lit != Lit::InPixels).into()),
+                    ("outlines", lit.outlines().into()),
+                    ("midribs", (lit == Lit::WithMidribs).into()),
+                    ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
+                ],
+            })
+        };
         let kinds = |far, vertex, solid, masked, target| {
             let radiance = target == DrawTarget::Radiance;
-            let with_pictures = pipeline(far, Lit::InPixels, vertex, solid, false, target);
+            let with_pictures = pipeline(far, Lit::InPixels, vertex, solid, target);
             let plain = if far && radiance {
-                pipeline(far, Lit::Once, vertex, solid, false, target)
+                pipeline(far, Lit::Once, vertex, solid, target)
             } else {
                 with_pictures.clone()
             };
-            [plain, with_pictures, pipeline(far, Lit::InPixels, vertex, masked, radiance, target)]
+            [plain, with_pictures, pipeline(far, Lit::InPixels, vertex, masked, target)]
         };
         let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
         let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
@@ -96,8 +94,7 @@ impl Leaves {
                 let mut kinds = near.clone();
                 let (vertex, fragment) =
                     if lit.outlines() { ("outline", "lit_outline") } else { ("vertex", "solid") };
-                kinds[0] =
-                    pipeline(false, lit, vertex, Some(fragment), false, DrawTarget::Radiance);
+                kinds[0] = pipeline(false, lit, vertex, Some(fragment), DrawTarget::Radiance);
                 kinds
             });
         let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);

@@ -80,7 +80,7 @@ impl Placing<'_> {
     ) -> Pipelines {
         let shared = if self.posing { POSE.join("\n") } else { String::new() };
         let source = [LEAVES, &shared, self.source].join("\n");
-        let pipeline = |fragment, alpha_to_coverage, lit_once| {
+        let pipeline = |fragment, lit_once| {
             let constants = [constants, &[("lit_at_vertices", lit_once)]].concat();
             shaders.pipeline(&Draw {
                 label: self.vertex,
@@ -90,16 +90,15 @@ impl Placing<'_> {
                 cull: None,
                 vertex: self.vertex,
                 fragment,
-                alpha_to_coverage,
                 target,
                 constants: &constants,
             })
         };
         let pictured = matches!(target, DrawTarget::Radiance | DrawTarget::Front);
-        let plain = pipeline(solid, false, 0.0);
+        let plain = pipeline(solid, 0.0);
         Pipelines {
-            masked: pipeline(masked, pictured, 0.0),
-            small: if pictured { pipeline(Some("small"), false, 1.0) } else { plain.clone() },
+            masked: pipeline(masked, 0.0),
+            small: if pictured { pipeline(Some("small"), 1.0) } else { plain.clone() },
             solid: plain,
         }
     }

@@ -41,7 +41,7 @@ use crate::shared::{
     Stream, Surface, TreeInstance, TreeList, TreeRecord,
 };
 use std::ops::Range;
-use windfall_core::simplify::{LIT_AT_VERTICES, SIMPLE_BELOW};
+use windfall_core::simplify::{LIT_AT_VERTICES, SHADE_SPREAD, SIMPLE_BELOW};
 
 /// What every pass needs to make its pipelines.
 pub(crate) struct Shaders<'a> {
@@ -75,10 +75,12 @@ fn compose(sources: &[&str]) -> String {
         include_str!("../../shaders/shared/sway.wgsl"),
         include_str!("../../shaders/shared/season.wgsl"),
         include_str!("../../shaders/shared/branch.wgsl"),
+        include_str!("../../shaders/shared/measured.wgsl"),
     ];
     let constants = format!(
         "const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n\
-         const LIT_AT_VERTICES: f32 = {LIT_AT_VERTICES:?};\n"
+         const LIT_AT_VERTICES: f32 = {LIT_AT_VERTICES:?};\n\
+         const SHADE_SPREAD: f32 = {SHADE_SPREAD:?};\n"
     );
     [structs.concat(), constants, shared.join("\n"), sources.join("\n")].join("\n")
 }

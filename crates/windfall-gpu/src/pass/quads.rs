@@ -187,7 +187,6 @@ impl Quads {
                 cull: None,
                 vertex: "vertex",
                 fragment: Some("fragment"),
-                alpha_to_coverage: false,
                 target: DrawTarget::Radiance,
                 constants: &[],
             }),

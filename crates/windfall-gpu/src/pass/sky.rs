@@ -33,7 +33,6 @@ impl SkyDome {
                 cull: None,
                 vertex: "vertex",
                 fragment: Some("fragment"),
-                alpha_to_coverage: false,
                 target: DrawTarget::Radiance,
                 constants: &[],
             }),

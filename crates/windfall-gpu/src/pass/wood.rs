@@ -33,7 +33,6 @@ impl Wood {
                 cull: outward.then_some(wgpu::Face::Back),
                 vertex: "vertex",
                 fragment,
-                alpha_to_coverage: false,
                 target,
                 constants: &[("far", far.into()), ("plain", plain.into())],
             })

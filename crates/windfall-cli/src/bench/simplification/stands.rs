@@ -1,11 +1,9 @@
 //! The forests and views of the bench.
 
 use glam::Vec3;
-use windfall_core::foliage::Foliage;
+use windfall_core::foliage::{Foliage, Holes};
 use windfall_core::forest::{Forest, Frustum, Instance, Placement, Terrain};
-use windfall_core::simplify::{
-    Growth, Level, Reduction, Seen, Simplification, Visibility, simple_shapes,
-};
+use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification, simple_shapes};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
@@ -114,20 +112,21 @@ pub fn seen(stage: &Stage, view: &View, (width, height): (u32, u32)) -> Vec<(usi
 
 /// All trees of a stage, as they would be seen.
 pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> {
-    let bounds: Vec<(Vec3, f32, f32, f32)> = stage
+    let bounds: Vec<(Vec3, f32, f32, f32, Holes)> = stage
         .trees
         .iter()
         .map(|tree| {
             let (low, high) = tree.bounds();
             let foliage = &tree.foliage;
             let radius = (high - low).length() * 0.5;
-            ((low + high) * 0.5, radius, foliage.leaf_length(), foliage.leaf_side())
+            let (length, side) = (foliage.leaf_length(), foliage.leaf_side());
+            ((low + high) * 0.5, radius, length, side, foliage.holes())
         })
         .collect();
     let instances = stage.forest.instances.iter().enumerate();
     instances
         .map(|(i, instance)| {
-            let (center, radius, leaf_length, leaf_side) = bounds[instance.model as usize];
+            let (center, radius, leaf_length, leaf_side, holes) = bounds[instance.model as usize];
             let center = instance.world_from_tree(center);
             let foliage = &stage.trees[instance.model as usize].foliage;
             let seen = Seen {
@@ -136,10 +135,8 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
                 radius: radius * instance.scale,
                 leaf_length: leaf_length * instance.scale,
                 leaf_side: leaf_side * instance.scale,
-                visibility: Visibility {
-                    share: foliage.visible_share,
-                    disocclusion: foliage.disocclusion,
-                },
+                holes,
+                visibility: foliage.visibility,
             };
             (i, seen)
         })

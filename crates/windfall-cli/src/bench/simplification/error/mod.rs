@@ -205,7 +205,7 @@ impl Subject {
             stage.trees[0].foliage.set_prune_order(order, 1);
             orders.push((Model::Ordered(order), upload(gpu, renderer, &stage)));
             if order == PruneOrder::default() {
-                stage.trees[0].foliage.disocclusion = Visibility::BY_CHANCE;
+                stage.trees[0].foliage.visibility.disocclusion = Visibility::BY_CHANCE;
                 orders.push((Model::Equation3, upload(gpu, renderer, &stage)));
             }
         }
