@@ -96,6 +96,8 @@ mod tests {
         // Of four columns the first and the last two: 1 and 2 of 4 across, all along.
         let columns = material(4, 2, &[200, 0, 200, 200, 200, 0, 200, 200], Some(0.5));
         assert_eq!(columns.holes(), Holes { solid: 0.75, piece: (1.5f32 / 4.0).sqrt() });
+        let rows = material(2, 4, &[200, 200, 0, 0, 200, 200, 200, 200], Some(0.5));
+        assert_eq!(rows.holes(), columns.holes());
         let nothing = material(2, 1, &[0, 100], Some(0.5));
         assert_eq!(nothing.holes(), Holes { solid: 0.0, piece: 0.0 });
         assert_eq!(material(1, 1, &[0], None).holes(), Holes::NONE);
