@@ -109,24 +109,23 @@ impl LeafShape {
 
     /// One-sided area, square metres at scale 1.
     pub fn area(&self) -> f32 {
-        self.indices
-            .chunks_exact(3)
-            .map(|t| {
-                let [a, b, c] = [t[0], t[1], t[2]].map(|i| self.positions[i as usize]);
-                (b - a).cross(c - a).length() * 0.5
-            })
-            .sum()
+        self.sum(|[a, b, c]| {
+            let [a, b, c] = [a, b, c].map(|i| self.positions[i]);
+            (b - a).cross(c - a).length() * 0.5
+        })
     }
 
     /// Area in texture coordinates: 1 of the whole picture.
     fn area_on_picture(&self) -> f32 {
-        self.indices
-            .chunks_exact(3)
-            .map(|t| {
-                let [a, b, c] = [t[0], t[1], t[2]].map(|i| self.uvs[i as usize]);
-                (b - a).perp_dot(c - a).abs() * 0.5
-            })
-            .sum()
+        self.sum(|[a, b, c]| {
+            let [a, b, c] = [a, b, c].map(|i| self.uvs[i]);
+            (b - a).perp_dot(c - a).abs() * 0.5
+        })
+    }
+
+    /// Over its triangles, by their corners.
+    fn sum(&self, of: impl Fn([usize; 3]) -> f32) -> f32 {
+        self.indices.chunks_exact(3).map(|t| of([t[0], t[1], t[2]].map(|i| i as usize))).sum()
     }
 }
 
