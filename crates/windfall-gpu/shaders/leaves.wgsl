@@ -155,6 +155,12 @@ fn far_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
     return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
 }
 
+// How much of the sun that reaches a corner it is to have, if a share of all that is kept. Of some corners all and of
+// others none is: a part of each would be as much in the mean, but without the lights and shades of the whole crown.
+fn sunny(in: LeafVertex, share: f32) -> f32 {
+    return chosen(share, unit(hash(hash(in.leaf, bitcast<u32>(in.uv.x)), bitcast<u32>(in.uv.y))));
+}
+
 // What all vertices of a leaf have alike, but for the light that reaches it.
 fn leaf_alike(vertex: Varyings, in: LeafVertex, tree: Tree, seen: f32) -> Varyings {
     var out = vertex;
@@ -206,7 +212,7 @@ fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
         out.bent_normal_reach.w = far_reach(out.world, offset, tree);
         // Of leaves that are lit once that is as much as it should be.
         if !lit_at_vertices {
-            out.bent_normal_reach.w *= measured_factor(model.sunlight, tree.turn_season.w);
+            out.bent_normal_reach.w *= sunny(in, measured_factor(model.sunlight, tree.turn_season.w));
         }
     }
     if lit_at_vertices && !outlines {
@@ -482,11 +488,18 @@ fn textured(in: Varyings, surface: Surface) -> vec4<f32> {
     return vec4(in.color * clamp(light, 0.0, 2.0), texel.a);
 }
 
-@fragment
-fn masked_shadow(in: Varyings) {
+// Whether a texel of a shadow map lies in a hole. Where holes are smaller, of each leaf another share of the texels
+// does: with the same ones open in all, leaves behind each other would shade no more than one does.
+fn shadow_hole(in: Varyings) -> bool {
     let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
-    if mask_share(surface, alpha, in.uv) <= interleaved_noise(in.clip.xy) {
+    let noise = fract(interleaved_noise(in.clip.xy) + unit(hash(in.material, 9u)));
+    return mask_share(surface, alpha, in.uv) <= noise;
+}
+
+@fragment
+fn masked_shadow(in: Varyings) {
+    if shadow_hole(in) {
         discard;
     }
 }
@@ -557,9 +570,7 @@ fn masked_fade(in: Varyings) -> Faded {
 
 @fragment
 fn fade_shadow(in: Varyings) {
-    let surface = surface_of(in.material);
-    let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
-    let hole = mask_share(surface, alpha, in.uv) <= interleaved_noise(in.clip.xy);
+    let hole = shadow_hole(in);
     if hole || (seen_samples(in) & 1u) == 0u {
         discard;
     }

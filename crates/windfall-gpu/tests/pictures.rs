@@ -3,10 +3,10 @@
 //! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
-use windfall_core::foliage::Foliage;
+use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
@@ -526,6 +526,61 @@ fn a_tree_where_cascades_meet_is_shaded_alike() {
         assert!(least > 0.5, "{boundary} m, {elevation} rad: {losses:?}");
         assert!(most < 1.15 * least, "{boundary} m, {elevation} rad: {losses:?}");
     }
+}
+
+/// Level cards 12 m wide, one above the other, of each of which a quarter is there: squares of 5 cm.
+fn cards(count: u32) -> Tree {
+    let mut tree = Species::Birch.grow_with(1, count);
+    tree.wood = Wood::default();
+    let side = 256;
+    let texel = |i: u32| [90, 90, 90, if i % 2 == 0 && i / side % 2 == 0 { 255 } else { 0 }];
+    let rgba = (0..side * side).flat_map(texel).collect();
+    tree.foliage.palette = None;
+    tree.foliage.materials[0] = Material {
+        alpha_cutoff: Some(0.5),
+        surface: Surface::Texture(Image { width: side, height: side, rgba }, false),
+        ..tree.foliage.materials[0].clone()
+    };
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
+    tree.foliage.shapes = vec![LeafShape {
+        positions: corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
+        normals: vec![Vec3::Y; 4],
+        uvs: corners.map(|(x, z)| Vec2::new(x, z) + 0.5).to_vec(),
+        indices: vec![0, 2, 1, 0, 3, 2],
+    }];
+    for (i, leaf) in tree.foliage.leaves.iter_mut().enumerate() {
+        *leaf = Leaf {
+            center: Vec3::Y * (4.0 + i as f32),
+            orientation: Quat::IDENTITY,
+            scale: 12.0,
+            shape: 0,
+            material: 0,
+            bent_normal: Vec3::new(0.1 * i as f32, 1.0, 0.0).normalize_or(Vec3::Y),
+            ..*leaf
+        };
+    }
+    tree
+}
+
+/// Six cards with holes, too small for the shadow map, take 82% of the sun where one takes 25%.
+#[test]
+fn cards_with_holes_shade_what_those_before_them_let_through() {
+    let losses = [1, 6].map(|count| {
+        let (trees, forest) = lone(cards(count));
+        let gpu = upload(&trees, &forest, &Falls::none());
+        let [with, without] = [true, false].map(|shadows| {
+            let eye = Vec3::new(0.0, 14.0, 150.0);
+            let mut view = plain_view(eye, Vec3::ZERO, std::f32::consts::FRAC_PI_2, shadows);
+            (view.detail, view.shadow_detail) = (Simplification::NONE, Simplification::NONE);
+            // The ground below the cards alone.
+            view.camera.fov_y = 2.0 * (0.4f32 / 150.0).atan();
+            paint(&gpu, &view)
+        });
+        let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
+        with.iter().zip(&without).map(dark).sum::<f32>() / with.len() as f32
+    });
+    // Values go with about the square root of light.
+    assert!(losses[0] > 4.0 && losses[1] > 2.5 * losses[0], "{losses:?}");
 }
 
 /// Large leaves that are lit at their vertices have the outlines, the light and the midribs of those that are

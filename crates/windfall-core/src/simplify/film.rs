@@ -44,9 +44,18 @@ pub(super) struct Film {
 }
 
 impl Film {
-    /// A film on which the crown fits from every side, its leaves grown by `growth`; `None` where
-    /// there is nothing to see.
+    /// A film on which the crown fits from every side, its leaves grown by `growth`, as fine as they need;
+    /// `None` where there is nothing to see.
     pub fn around(foliage: &Foliage, growth: f32) -> Option<Self> {
+        Self::with_pixels(foliage, growth, PIXELS_A_LEAF)
+    }
+
+    /// The same, as fine as a film can be.
+    pub fn finest(foliage: &Foliage, growth: f32) -> Option<Self> {
+        Self::with_pixels(foliage, growth, f32::INFINITY)
+    }
+
+    fn with_pixels(foliage: &Foliage, growth: f32, pixels_a_leaf: f32) -> Option<Self> {
         let leaves = &foliage.leaves;
         let radii: Vec<f32> = foliage.shapes.iter().map(LeafShape::radius).collect();
         let areas: Vec<f32> = foliage.shapes.iter().map(LeafShape::area).collect();
@@ -59,7 +68,7 @@ impl Film {
             leaves.iter().map(|l| l.center.distance(center) + reach(l)).fold(0.0, f32::max);
         let area = leaves.iter().map(|l| l.scale * l.scale * areas[l.shape as usize]).sum::<f32>()
             / leaves.len().max(1) as f32;
-        let pixels = 2.0 * radius / area.sqrt() * PIXELS_A_LEAF;
+        let pixels = 2.0 * radius / area.sqrt() * pixels_a_leaf;
         if !(radius.is_finite() && radius > 0.0 && center.is_finite() && pixels > 0.0) {
             return None;
         }
@@ -219,8 +228,9 @@ pub(super) struct Shadow {
 
 impl Shadow {
     /// Pixels towards the sun up to which leaves do not shade what lies behind them: as the texels of
-    /// `leaf_radiance` in `leaves.wgsl`.
-    const BIAS: f32 = 3.0;
+    /// `leaf_radiance` in `leaves.wgsl`. A tree that is simplified is far away, where those are about as large
+    /// as pixels of a finest film.
+    const BIAS: f32 = 1.5;
 
     /// Whether the sun reaches a point of the tree.
     pub fn lit(&self, point: Vec3) -> bool {

@@ -160,14 +160,16 @@ pub fn share_for(s: f32, r: f32) -> f32 {
 /// a card that is there, which is of one card all over.
 ///
 /// A pixel of few `samples` leaves more of it than its mean would. A whole tree is drawn with that noise; the
-/// farther a tree is simplified, the more of it is taken off as well.
+/// farther a tree is simplified, the more of it is taken off as well. Not of what has holes: pictures are filtered,
+/// and whole trees of such cards have no more variance than with many samples.
 pub fn contrast(lambda: f32, side: f32, holes: Holes, samples: f32) -> f32 {
     let variance = |side: f32| {
         let piece = variance_left((side * holes.piece).max(1e-3));
         piece + holes.solid * (variance_left(side.max(1e-3)) - piece)
     };
     let left = variance(side / lambda.sqrt());
-    (variance(side) / (left + (1.0 - left) * (1.0 - lambda) / samples)).sqrt()
+    let noise = holes.solid * (1.0 - left) * (1.0 - lambda) / samples;
+    (variance(side) / (left + noise)).sqrt()
 }
 
 /// What is left of a variance between leaves in the means over pixels, `0..=1`, where leaves are squares of
@@ -275,6 +277,8 @@ mod tests {
         // Cards of 8 pixels of which half is there, in pieces of 0.4: 0.9184 and 0.1202, then 0.9793 and 0.6267.
         let holes = Holes { solid: 0.5, piece: 0.05 };
         assert!((contrast(1.0 / 16.0, 8.0, holes, 1e9) - 0.8042).abs() < 1e-3);
+        // 0.8030 of it is left, and half of the noise of four samples.
+        assert!((contrast(1.0 / 16.0, 8.0, holes, 4.0) - 0.7929).abs() < 1e-3);
         let whole = Holes { solid: 1.0, ..holes };
         assert_eq!(contrast(0.1, 3.0, whole, 4.0), contrast(0.1, 3.0, Holes::NONE, 4.0));
 

@@ -14,15 +14,16 @@ pub const SHADE_SPREAD: f32 = 2.5;
 const SUNS: [Vec3; 2] = [Vec3::new(0.748, 0.423, 0.512), Vec3::new(-0.642, 0.766, 0.022)];
 
 /// [`Visibility::sunlight`] of a crown of which the rest is known.
-pub(super) fn factors(foliage: &Foliage, film: &mut Film, seen: &Visibility) -> [f32; 3] {
-    let whole = of_points(foliage, film);
+pub(super) fn factors(foliage: &Foliage, seen: &Visibility) -> [f32; 3] {
+    let Some(mut film) = Film::finest(foliage, 4.0) else { return Visibility::BY_CHANCE };
+    let whole = of_points(foliage, &mut film);
     let mut last = 1.0;
     Visibility::MEASURED.map(|lambda| {
         let count = (lambda * foliage.leaves.len() as f32).round() as usize;
         if count >= Visibility::FEW {
-            let survivors = of_leaves(foliage, film, count, seen.area_scale(lambda).sqrt());
+            let survivors = of_leaves(foliage, &mut film, count, seen.area_scale(lambda).sqrt());
             if survivors > 0.0 && whole > 0.0 {
-                last = (whole / survivors).clamp(0.5, 1.5);
+                last = (whole / survivors).clamp(0.5, 1.0);
             }
         }
         last
@@ -84,7 +85,7 @@ mod tests {
     fn a_leaf_by_itself_lies_in_the_sun_and_one_under_a_roof_does_not() {
         let mut foliage = Species::Birch.grow_with(1, 400).foliage;
         let lit = |foliage: &Foliage| {
-            let mut film = Film::around(foliage, 1.0).unwrap();
+            let mut film = Film::finest(foliage, 1.0).unwrap();
             let shadows = shadows(foliage, &mut film, foliage.leaves.len(), 1.0);
             lit_by(&shadows, foliage.leaves[0].center)
         };

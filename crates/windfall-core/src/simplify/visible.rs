@@ -28,8 +28,8 @@ pub struct Visibility {
     /// has the outermost first, leaves them free of each other. It is measured in the prune order that
     /// the leaves have, down to 16 of them; below, the last stands.
     pub disocclusion: [f32; 3],
-    /// Factors on the sunlight of survivors, above 0, with which those that are seen have as much of it in the
-    /// mean as what is seen of the whole crown, where a quarter of them is left, a sixteenth, and a 64th.
+    /// Shares of the sunlight that survivors find, half to all, with which those that are seen have as much of it in
+    /// the mean as what is seen of the whole crown, where a quarter of them is left, a sixteenth, and a 64th.
     ///
     /// Leaves shade each other. Of fewer, larger ones each stands for many that lie partly in the shade of
     /// others, and itself finds light beyond those: the more so, the larger leaves are in their crown. 1 where
@@ -89,7 +89,7 @@ impl Visibility {
         }
         let mut found = Self { share, disocclusion, ..Self::default() };
         if foliage.materials.iter().any(|m| matches!(m.surface, Surface::Texture(..))) {
-            found.sunlight = sunlight::factors(foliage, &mut film, &found);
+            found.sunlight = sunlight::factors(foliage, &found);
         }
         found
     }

@@ -71,7 +71,8 @@ fn contrast(list: TreeList, crown: Crown, lambda: f32, leaf_side: f32, pixel: f3
     let side = leaf_side / (pixel * list.contrast_pixels);
     let samples = SAMPLES * list.contrast_pixels * list.contrast_pixels;
     let left = variance_left_of(holes, side * inverseSqrt(lambda));
-    return sqrt(variance_left_of(holes, side) / (left + (1.0 - left) * (1.0 - lambda) / samples));
+    let noise = holes.x * (1.0 - left) * (1.0 - lambda) / samples;
+    return sqrt(variance_left_of(holes, side) / (left + noise));
 }
 
 // `scale` is the tree's, on the model's lengths.

@@ -378,6 +378,26 @@ fn ambient_light_falls_off_in_the_crown_as_on_the_cpu() {
     assert!(places.iter().any(|p| shading.ambient_at(*p) == 1.0), "some are at the bound");
 }
 
+#[test]
+fn what_is_chosen_is_the_share_in_the_mean() {
+    let shares = [0.0f32, 0.03, 0.3, 0.5, 0.72, 0.97, 1.0];
+    let chances = 1000;
+    let inputs: Vec<[Vec4; 4]> = shares
+        .iter()
+        .flat_map(|&share| (0..chances).map(move |i| (share, (i as f32 + 0.5) / chances as f32)))
+        .map(|(share, chance)| [Vec4::new(share, chance, 0.0, 0.0); 4])
+        .collect();
+    let light = light();
+    let body = "out.x = chosen(a[0].x, a[0].y);";
+    let outputs = run(&frame(0.0, &Wind::calm(), &light), &light, "", body, &inputs);
+    for (share, of_share) in shares.iter().zip(outputs.chunks(chances)) {
+        let mean = of_share.iter().map(|out| out.x).sum::<f32>() / chances as f32;
+        assert!((mean - share).abs() < 2e-4, "{share}: {mean}");
+        let whole = of_share.iter().filter(|out| out.x == 0.0 || out.x == 1.0).count();
+        assert!(whole >= 7 * chances / 8, "{share}: {whole}");
+    }
+}
+
 /// The grey of a card is what it was, a stop more is 1.2 stops more, and red to green to blue is as in
 /// the scene.
 #[test]
