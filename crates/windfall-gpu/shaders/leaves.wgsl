@@ -515,11 +515,17 @@ fn masked(in: Varyings) -> Faded {
 }
 
 // Share of a pixel that a picture with holes covers. An edge is a pixel wide, so that it has as many steps as there
-// are samples; where pieces are as small as half a pixel, all is edge.
+// are samples; where pieces are as small as half a pixel, all is edge. Alpha of each mip level is such that it has
+// the right share with an edge of that level: of what lies between two levels, so does the edge.
 fn mask_share(surface: Surface, alpha: f32, uv: vec2<f32>) -> f32 {
-    let pixel = max(fwidth(uv.x), fwidth(uv.y));
-    let width = max(fwidth(alpha), clamp(0.5 * pixel / max(surface.piece, 1e-3), 1e-3, 1.0));
-    let share = clamp((alpha - 0.5) / width + 0.5, 0.0, 1.0);
+    let along = dpdx(uv);
+    let down = dpdy(uv);
+    let size = vec2<f32>(textureDimensions(pictures));
+    let texels = sqrt(max(dot(along, along), dot(down, down))) * max(size.x, size.y);
+    let level = clamp(log2(max(texels, 1e-6)), -8.0, f32(textureNumLevels(pictures)) - 1.0);
+    let least = 0.5 * exp2(floor(level)) / (max(size.x, size.y) * max(surface.piece, 1e-3));
+    let edge = mix(clamp(least, 1e-3, 1.0), clamp(2.0 * least, 1e-3, 1.0), fract(level));
+    let share = clamp((alpha - 0.5) / max(fwidth(alpha), edge) + 0.5, 0.0, 1.0);
     return select(1.0, share, surface.piece > 0.0 && surface.layer >= 0);
 }
 

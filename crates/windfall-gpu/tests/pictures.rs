@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
+use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::tree::species::Species;
@@ -127,12 +128,16 @@ fn glade() -> (Vec<Tree>, Forest) {
 
 /// A birch with pictures: leaves are the discs that a mask leaves, wood repeats its texture.
 fn masked() -> Tree {
+    pictured(|x, y| (x as f32 - 15.5).hypot(y as f32 - 15.5) < 15.0)
+}
+
+/// A birch whose leaves are cards: of their picture, 32 texels a side, that is there which is `solid`.
+fn pictured(solid: impl Fn(u32, u32) -> bool) -> Tree {
     let mut tree = Species::Birch.grow(4);
     let (width, height) = (32, 32);
     let texel = |i: u32| {
-        let (x, y) = ((i % width) as f32 - 15.5, (i / width) as f32 - 15.5);
-        let solid = x.hypot(y) < 15.0;
-        [200, (120 + 4 * (i / width)) as u8, 40, if solid { 255 } else { 0 }]
+        let (x, y) = (i % width, i / width);
+        [200, (120 + 4 * y) as u8, 40, if solid(x, y) { 255 } else { 0 }]
     };
     let rgba = (0..width * height).flat_map(texel).collect();
     let image = Image { width, height, rgba };
@@ -528,6 +533,56 @@ fn a_tree_where_cascades_meet_is_shaded_alike() {
     }
 }
 
+/// A crown of cards with holes covers as much of its middle in few pixels as in 16 times as many, whether
+/// the pieces that holes leave are larger or smaller than a pixel.
+#[test]
+fn cards_with_holes_cover_as_much_in_few_pixels() {
+    let discs: fn(u32, u32) -> bool = |x, y| (x as f32 - 15.5).hypot(y as f32 - 15.5) < 12.0;
+    let blots: fn(u32, u32) -> bool = |x, y| unit(hash(x / 3, y / 3)) < 0.25;
+    for (name, solid) in [("discs", discs), ("blots", blots)] {
+        let mut tree = pictured(solid);
+        let mut card = square();
+        card.positions.iter_mut().for_each(|p| *p *= 0.06);
+        tree.foliage.shapes.fill(card);
+        let (trees, forest) = lone(tree);
+        let gpu = upload(&trees, &forest, &Falls::none());
+        // Pixels of 0.7, 2 and 7 cm of leaves of about 5 cm.
+        for height in [0.6f32, 1.8, 6.0] {
+            // Of a picture its middle sixteenth, and that alone in as many pixels as all of it had.
+            let covered = |part: usize| {
+                let target = Vec3::new(0.0, 7.5, 0.0);
+                let mut view = plain_view(target + Vec3::Z * 150.0, target, 0.5, false);
+                view.show = Show::Coverage;
+                view.detail = Simplification { leaf_pixels: 0.0, ..Simplification::NONE };
+                view.camera.fov_y = 2.0 * (height * part as f32 / 8.0 / 150.0).atan();
+                let rgba = paint(&gpu, &view);
+                let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+                let (w, h) = (width / part, height / part);
+                let rows = (height - h) / 2..(height + h) / 2;
+                let row = |y: usize| &rgba[4 * (y * width + (width - w) / 2)..][..4 * w];
+                let linear = |&v: &u8| ((f32::from(v) / 255.0 + 0.055) / 1.055).powf(2.4);
+                let sum = rows.clone().flat_map(row).step_by(4).map(linear).sum::<f32>();
+                sum / (w * rows.len()) as f32
+            };
+            let [few, many] = [4, 1].map(covered);
+            // Chance of four samples in each of 880 pixels is 2%, and more where cards are few pixels wide.
+            let off = few / many - 1.0;
+            assert!(off.abs() < 0.07, "{name}, picture of {height} m: {few} for {many}");
+        }
+    }
+}
+
+/// A level card, 1 m wide.
+fn square() -> LeafShape {
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
+    LeafShape {
+        positions: corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
+        normals: vec![Vec3::Y; 4],
+        uvs: corners.map(|(x, z)| Vec2::new(x, z) + 0.5).to_vec(),
+        indices: vec![0, 2, 1, 0, 3, 2],
+    }
+}
+
 /// Level cards 12 m wide, one above the other, of each of which a quarter is there: squares of 5 cm.
 fn cards(count: u32) -> Tree {
     let mut tree = Species::Birch.grow_with(1, count);
@@ -541,13 +596,7 @@ fn cards(count: u32) -> Tree {
         surface: Surface::Texture(Image { width: side, height: side, rgba }, false),
         ..tree.foliage.materials[0].clone()
     };
-    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
-    tree.foliage.shapes = vec![LeafShape {
-        positions: corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
-        normals: vec![Vec3::Y; 4],
-        uvs: corners.map(|(x, z)| Vec2::new(x, z) + 0.5).to_vec(),
-        indices: vec![0, 2, 1, 0, 3, 2],
-    }];
+    tree.foliage.shapes = vec![square()];
     for (i, leaf) in tree.foliage.leaves.iter_mut().enumerate() {
         *leaf = Leaf {
             center: Vec3::Y * (4.0 + i as f32),
