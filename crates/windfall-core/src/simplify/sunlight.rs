@@ -92,15 +92,15 @@ mod tests {
         let alone = Leaf { center: Vec3::ZERO, ..foliage.leaves[0] };
         foliage.leaves = vec![alone, Leaf { center: Vec3::X * 40.0, ..alone }];
         assert_eq!(lit(&foliage), 2);
-        // Towards the first of the suns, then towards both.
-        for (roofs, left) in [(1, 1), (2, 0)] {
+        // Towards the first of the suns, then towards both; far above it, and two pixels of 18 cm.
+        for (roofs, height, left) in [(1, 8.0, 1), (2, 8.0, 0), (2, 0.4, 0)] {
             let mut roofed = foliage.clone();
             for sun in &SUNS[..roofs] {
                 let scale = 60.0 * alone.scale;
                 let orientation = glam::Quat::from_rotation_arc(Vec3::Y, *sun);
-                roofed.leaves.push(Leaf { center: *sun * 8.0, scale, orientation, ..alone });
+                roofed.leaves.push(Leaf { center: *sun * height, scale, orientation, ..alone });
             }
-            assert_eq!(lit(&roofed), left, "{roofs}");
+            assert_eq!(lit(&roofed), left, "{roofs} {height}");
         }
     }
 

@@ -54,7 +54,7 @@ impl Visibility {
     pub(super) const FEW: usize = 16;
 
     /// Looks at a crown from five directions, three of them at the horizon. About 40 ms for 10,000
-    /// leaves of ten triangles.
+    /// leaves of ten triangles; 0.2 s for 5,000 cards with pictures, of which the sunlight is measured too.
     pub fn of(foliage: &Foliage) -> Self {
         let all = foliage.leaves.len();
         let Some(mut film) = Film::around(foliage, 4.0) else { return Self::default() };
