@@ -558,7 +558,8 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
                 let rgba = paint(&gpu, &view);
                 let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
                 let (w, h) = (width / part, height / part);
-                let rows = (height - h) / 2..(height + h) / 2;
+                let first = (height - h) / 2;
+                let rows = first..first + h;
                 let row = |y: usize| &rgba[4 * (y * width + (width - w) / 2)..][..4 * w];
                 let linear = |&v: &u8| ((f32::from(v) / 255.0 + 0.055) / 1.055).powf(2.4);
                 let sum = rows.clone().flat_map(row).step_by(4).map(linear).sum::<f32>();
@@ -588,7 +589,8 @@ fn cards(count: u32) -> Tree {
     let mut tree = Species::Birch.grow_with(1, count);
     tree.wood = Wood::default();
     let side = 256;
-    let texel = |i: u32| [90, 90, 90, if i % 2 == 0 && i / side % 2 == 0 { 255 } else { 0 }];
+    let even = |i: u32| i.is_multiple_of(2);
+    let texel = |i: u32| [90, 90, 90, if even(i) && even(i / side) { 255 } else { 0 }];
     let rgba = (0..side * side).flat_map(texel).collect();
     tree.foliage.palette = None;
     tree.foliage.materials[0] = Material {
