@@ -1,7 +1,6 @@
 //! One tree model on the GPU.
 
-use crate::cull::pack_halfs;
-use crate::cull::{PartDraw, WOOD_LEVELS, leaf_parts, wood_parts};
+use crate::cull::{PartDraw, WOOD_LEVELS, leaf_parts, pack_halfs, wood_parts};
 use crate::falls::{octahedral, snorm8};
 use crate::shared::{Crown, Model, Surface};
 use crate::texture::{TextureArray, smallest_piece};

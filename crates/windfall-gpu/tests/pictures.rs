@@ -134,25 +134,35 @@ fn masked() -> Tree {
 /// A birch whose leaves are cards: of their picture, 32 texels a side, that is there which is `solid`.
 fn pictured(solid: impl Fn(u32, u32) -> bool) -> Tree {
     let mut tree = Species::Birch.grow(4);
-    let (width, height) = (32, 32);
-    let texel = |i: u32| {
-        let (x, y) = (i % width, i / width);
-        [200, (120 + 4 * y) as u8, 40, if solid(x, y) { 255 } else { 0 }]
-    };
-    let rgba = (0..width * height).flat_map(texel).collect();
-    let image = Image { width, height, rgba };
+    let image = with_holes(32, solid);
     tree.foliage.palette = None;
     for material in &mut tree.foliage.materials {
-        *material = Material {
-            alpha_cutoff: Some(0.5),
-            surface: Surface::Texture(image.clone(), false),
-            ..material.clone()
-        };
+        *material = of_cards(material, image.clone());
     }
     for material in &mut tree.wood.materials {
         material.surface = Surface::Texture(image.clone(), true);
     }
     tree
+}
+
+/// A picture of `side` texels a side, of which that is there which is `solid`.
+fn with_holes(side: u32, solid: impl Fn(u32, u32) -> bool) -> Image {
+    let texel = |i: u32| {
+        let (x, y) = (i % side, i / side);
+        [200, (120 + 128 * y / side) as u8, 40, if solid(x, y) { 255 } else { 0 }]
+    };
+    Image { width: side, height: side, rgba: (0..side * side).flat_map(texel).collect() }
+}
+
+fn of_cards(material: &Material, image: Image) -> Material {
+    let surface = Surface::Texture(image, false);
+    Material { alpha_cutoff: Some(0.5), surface, ..material.clone() }
+}
+
+/// Of a byte of a picture.
+fn linear(byte: u8) -> f32 {
+    let c = f32::from(byte) / 255.0;
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
 fn compare(name: &str, rgba: &[u8]) {
@@ -561,8 +571,8 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
                 let first = (height - h) / 2;
                 let rows = first..first + h;
                 let row = |y: usize| &rgba[4 * (y * width + (width - w) / 2)..][..4 * w];
-                let linear = |&v: &u8| ((f32::from(v) / 255.0 + 0.055) / 1.055).powf(2.4);
-                let sum = rows.clone().flat_map(row).step_by(4).map(linear).sum::<f32>();
+                let sum =
+                    rows.clone().flat_map(row).step_by(4).map(|&byte| linear(byte)).sum::<f32>();
                 sum / (w * rows.len()) as f32
             };
             let [few, many] = [4, 1].map(covered);
@@ -588,16 +598,10 @@ fn square() -> LeafShape {
 fn cards(count: u32) -> Tree {
     let mut tree = Species::Birch.grow_with(1, count);
     tree.wood = Wood::default();
-    let side = 256;
     let even = |i: u32| i.is_multiple_of(2);
-    let texel = |i: u32| [90, 90, 90, if even(i) && even(i / side) { 255 } else { 0 }];
-    let rgba = (0..side * side).flat_map(texel).collect();
+    let image = with_holes(256, |x, y| even(x) && even(y));
     tree.foliage.palette = None;
-    tree.foliage.materials[0] = Material {
-        alpha_cutoff: Some(0.5),
-        surface: Surface::Texture(Image { width: side, height: side, rgba }, false),
-        ..tree.foliage.materials[0].clone()
-    };
+    tree.foliage.materials[0] = of_cards(&tree.foliage.materials[0], image);
     tree.foliage.shapes = vec![square()];
     for (i, leaf) in tree.foliage.leaves.iter_mut().enumerate() {
         *leaf = Leaf {
@@ -671,10 +675,6 @@ fn a_stop_more_is_the_system_gamma_more_light() {
         let mut view = view([0.0, 4.0, 20.0], [0.0, 4.0, 0.0]);
         view.sky.exposure = stops;
         paint(&gpu, &view)
-    };
-    let linear = |byte: u8| {
-        let c = f32::from(byte) / 255.0;
-        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
     };
     let (dim, bright) = (at(-3.0), at(-2.0));
     let mean = |p: &[u8]| {
