@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use windfall_core::tree::{ImportOptions, export_glb, import};
+use windfall_tree::{ImportOptions, export_glb, import};
 
 fuzz_target!(|bytes: &[u8]| {
     let outside = &mut |_: &str| Ok(vec![0; 256]);

@@ -3,8 +3,6 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
-mod bench;
-mod gpu;
 mod output;
 mod path;
 mod render;
@@ -17,6 +15,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
+use windfall_host::device::NoAdapter;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -56,7 +55,7 @@ enum Command {
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
     /// Measure what falling leaves cost on this machine's GPU
-    Bench(Box<bench::Args>),
+    Bench(Box<windfall_bench::Args>),
     /// List the built-in scenes
     Scenes {
         /// Print this scene as a file to start from
@@ -84,7 +83,7 @@ fn main() -> ExitCode {
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
-        Command::Bench(args) => bench::run(&args),
+        Command::Bench(args) => windfall_bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
         Command::Completions { shell } => completions(shell),
     };
@@ -101,7 +100,7 @@ fn main() -> ExitCode {
                 return ExitCode::SUCCESS;
             }
             eprintln!("error: {error:#}");
-            ExitCode::from(if error.is::<gpu::NoAdapter>() { 3 } else { 1 })
+            ExitCode::from(if error.is::<NoAdapter>() { 3 } else { 1 })
         }
     }
 }

@@ -1,51 +1,12 @@
-//! Pictures and films to files, whole or not at all.
+//! The files that `--out` names: images and films, written whole or not at all.
 
 use anyhow::{Context, bail};
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use tempfile::NamedTempFile;
-
-/// Writes a file beside its place and renames it there.
-pub fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let mut file = beside(path)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
-    write(&mut writer).with_context(|| format!("cannot write {}", path.display()))?;
-    writer.flush().with_context(|| format!("cannot write {}", path.display()))?;
-    drop(writer);
-    put_in_place(file, path)
-}
-
-fn beside(path: &Path) -> anyhow::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let suffix = path.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
-    tempfile::Builder::new()
-        .prefix(".windfall-")
-        .suffix(&suffix)
-        .tempfile_in(folder)
-        .with_context(|| format!("cannot write into {}", folder.display()))
-}
-
-fn put_in_place(file: NamedTempFile, path: &Path) -> anyhow::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // A temporary file is private; a picture is as public as its owner's files are.
-        let mode = std::fs::Permissions::from_mode(0o644);
-        std::fs::set_permissions(file.path(), mode).context("cannot set permissions")?;
-    }
-    file.persist(path).with_context(|| format!("cannot write {}", path.display()))?;
-    Ok(())
-}
+use windfall_host::file::AtomicFile;
+use windfall_host::image::RgbaImage;
 
 /// What `--out` asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -111,50 +72,11 @@ impl Output {
     }
 }
 
-/// One picture: 8-bit sRGB with alpha, rows from the top.
-pub struct Picture<'a> {
-    pub width: u32,
-    pub height: u32,
-    pub rgba: &'a [u8],
-}
-
-impl Picture<'_> {
-    fn rgb(&self) -> Vec<u8> {
-        self.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect()
-    }
-
-    /// Writes a PNG.
-    pub fn save_png(&self, path: &Path) -> anyhow::Result<()> {
-        write_whole(path, |file| {
-            let mut encoder = png::Encoder::new(file, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.rgb())?;
-            writer.finish()?;
-            Ok(())
-        })
-    }
-}
-
 /// A film on its way to one file.
 pub enum Film {
-    Apng {
-        writer: Box<png::Writer<File>>,
-        file: NamedTempFile,
-        path: PathBuf,
-    },
-    Gif {
-        encoder: Box<gif::Encoder<BufWriter<File>>>,
-        delay: u16,
-        file: NamedTempFile,
-        path: PathBuf,
-    },
-    Mp4 {
-        ffmpeg: Child,
-        file: NamedTempFile,
-        path: PathBuf,
-    },
+    Apng { writer: Box<png::Writer<File>>, file: AtomicFile },
+    Gif { encoder: Box<gif::Encoder<BufWriter<File>>>, delay: u16, file: AtomicFile },
+    Mp4 { ffmpeg: Child, file: AtomicFile },
 }
 
 impl Film {
@@ -168,38 +90,38 @@ impl Film {
         Ok(Some(match output {
             Output::Png(_) | Output::Frames { .. } => return Ok(None),
             Output::Apng(path) => {
-                let file = beside(path)?;
+                let file = AtomicFile::create(path)?;
                 let mut encoder = png::Encoder::new(file.reopen()?, width, height);
                 encoder.set_color(png::ColorType::Rgb);
                 encoder.set_animated(frames, 0)?;
                 let (numerator, denominator) = frame_delay(fps);
                 encoder.set_frame_delay(numerator, denominator)?;
                 let writer = Box::new(encoder.write_header()?);
-                Self::Apng { writer, file, path: path.clone() }
+                Self::Apng { writer, file }
             }
             Output::Gif(path) => {
                 let (Ok(w), Ok(h)) = (u16::try_from(width), u16::try_from(height)) else {
                     bail!("a GIF is at most 65535 pixels wide and high, not {width}x{height}");
                 };
-                let file = beside(path)?;
+                let file = AtomicFile::create(path)?;
                 let target = BufWriter::new(file.reopen()?);
                 let mut encoder = gif::Encoder::new(target, w, h, &[])?;
                 encoder.set_repeat(gif::Repeat::Infinite)?;
                 // GIF counts in hundredths; most players take less than two for ten.
                 let delay = (100.0 / fps).round().max(2.0) as u16;
-                Self::Gif { encoder: Box::new(encoder), delay, file, path: path.clone() }
+                Self::Gif { encoder: Box::new(encoder), delay, file }
             }
             Output::Mp4(path) => {
                 if width % 2 == 1 || height % 2 == 1 {
                     bail!("an MP4 needs even width and height, not {width}x{height}");
                 }
-                let file = beside(path)?;
+                let file = AtomicFile::create(path)?;
                 let ffmpeg = Command::new("ffmpeg")
                     .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba"])
                     .args(["-s", &format!("{width}x{height}"), "-r", &fps.to_string()])
                     .args(["-i", "-", "-c:v", "libx264", "-pix_fmt", "yuv420p"])
                     .args(["-crf", "17", "-movflags", "+faststart", "-f", "mp4"])
-                    .arg(file.path())
+                    .arg(file.temporary_path())
                     .stdin(Stdio::piped())
                     .stdout(Stdio::null())
                     .spawn()
@@ -210,26 +132,26 @@ impl Film {
                             path.display()
                         )
                     })?;
-                Self::Mp4 { ffmpeg, file, path: path.clone() }
+                Self::Mp4 { ffmpeg, file }
             }
         }))
     }
 
     /// Adds a frame.
-    pub fn add(&mut self, picture: &Picture<'_>) -> anyhow::Result<()> {
+    pub fn add(&mut self, image: &RgbaImage<'_>) -> anyhow::Result<()> {
         match self {
-            Self::Apng { writer, .. } => writer.write_image_data(&picture.rgb())?,
+            Self::Apng { writer, .. } => writer.write_image_data(&image.rgb())?,
             Self::Gif { encoder, delay, .. } => {
-                let mut rgba = picture.rgba.to_vec();
-                let (width, height) = (picture.width as u16, picture.height as u16);
+                let mut rgba = image.rgba.to_vec();
+                let (width, height) = (image.width as u16, image.height as u16);
                 let mut frame = gif::Frame::from_rgba_speed(width, height, &mut rgba, 10);
                 frame.delay = *delay;
                 encoder.write_frame(&frame)?;
             }
-            Self::Mp4 { ffmpeg, path, .. } => {
+            Self::Mp4 { ffmpeg, file } => {
                 let stdin = ffmpeg.stdin.as_mut().context("ffmpeg takes no input")?;
-                stdin.write_all(picture.rgba).map_err(|e| {
-                    anyhow::anyhow!("ffmpeg stopped writing {}: {e}", path.display())
+                stdin.write_all(image.rgba).map_err(|e| {
+                    anyhow::anyhow!("ffmpeg stopped writing {}: {e}", file.path().display())
                 })?;
             }
         }
@@ -239,21 +161,21 @@ impl Film {
     /// Ends the film and puts it in its place.
     pub fn finish(self) -> anyhow::Result<()> {
         match self {
-            Self::Apng { writer, file, path } => {
+            Self::Apng { writer, file } => {
                 writer.finish()?;
-                put_in_place(file, &path)
+                file.commit()
             }
-            Self::Gif { encoder, file, path, .. } => {
+            Self::Gif { encoder, file, .. } => {
                 encoder.into_inner()?.flush()?;
-                put_in_place(file, &path)
+                file.commit()
             }
-            Self::Mp4 { mut ffmpeg, file, path } => {
+            Self::Mp4 { mut ffmpeg, file } => {
                 drop(ffmpeg.stdin.take());
                 let status = ffmpeg.wait().context("ffmpeg")?;
                 if !status.success() {
-                    bail!("ffmpeg could not write {} ({status})", path.display());
+                    bail!("ffmpeg could not write {} ({status})", file.path().display());
                 }
-                put_in_place(file, &path)
+                file.commit()
             }
         }
     }
@@ -290,20 +212,6 @@ mod tests {
             let error = Output::parse(text).unwrap_err().to_string();
             assert!(error.contains(message), "{text}: {error}");
         }
-    }
-
-    #[test]
-    fn a_file_that_fails_half_way_is_not_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("new").join("a.png");
-        let failed = write_whole(&path, |file| {
-            file.write_all(b"half")?;
-            bail!("no more")
-        });
-        assert!(format!("{:#}", failed.unwrap_err()).contains("a.png: no more"));
-        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
-        write_whole(&path, |file| Ok(file.write_all(b"whole")?)).unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), b"whole");
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `windfall render`: a scene to a picture or a film.
 
-use crate::gpu::Gpu;
-use crate::output::{Film, Output, Picture};
+use crate::output::{Film, Output};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -16,6 +15,8 @@ use windfall_gpu::{
     Canvas, Capture, CountLeaves, Culling, Elimination, GpuForest, Renderer, Show, SkyPicture,
     Strategy, Target, View,
 };
+use windfall_host::device::Gpu;
+use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -111,12 +112,6 @@ pub struct Args {
     /// Where to: FILE.png, FILE.apng, FILE.gif, FILE.mp4 or frames_%05d.png
     #[arg(long, value_name = "FILE")]
     out: String,
-}
-
-pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let sides =
-        text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides.ok_or_else(|| "a size is WIDTHxHEIGHT, such as 1280x720".to_owned())
 }
 
 fn parse_switch(text: &str) -> Result<bool, String> {
@@ -216,11 +211,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         let view = View { show: args.view, ..scene.view(time, &stage.forest.terrain) };
         let (rgba, report) = painter.paint(&mut gpu, &view, frame)?;
-        let picture = Picture { width: scene.size.0, height: scene.size.1, rgba: &rgba };
+        let image = RgbaImage { width: scene.size.0, height: scene.size.1, rgba: &rgba };
         match (&output, &mut film, path) {
-            (_, Some(film), _) => film.add(&picture)?,
-            (_, _, Some(path)) => picture.save_png(&path)?,
-            (Output::Png(path), _, _) => picture.save_png(path)?,
+            (_, Some(film), _) => film.add(&image)?,
+            (_, _, Some(path)) => image.save_png(&path)?,
+            (Output::Png(path), _, _) => image.save_png(path)?,
             _ => {}
         }
         reports.push(report);
@@ -255,7 +250,7 @@ fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
 }
 
 fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow::Result<Tree> {
-    crate::tree::read(&folder.join(file), &entry.leaves, entry.height)
+    windfall_host::tree::read(&folder.join(file), &entry.leaves, entry.height)
 }
 
 impl Args {

@@ -1,13 +1,13 @@
 //! `windfall simplify`: a tree with a share of its leaves, as plain glTF.
 
-use crate::output::write_whole;
-use crate::tree::read_or_grow;
 use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use windfall_core::simplify::{PruneOrder, SimpleWood, WoodLevel};
 use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
+use windfall_host::file::write_atomic;
+use windfall_host::tree::read_or_grow;
 
 /// Arguments of `windfall simplify`.
 #[derive(clap::Args)]
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let wood_error_m = simplify_wood(&mut tree, args.wood, lambda);
     let bytes =
         if args.all_in_order { export_glb_in_prune_order(&tree) } else { export_glb(&tree) }?;
-    write_whole(&args.out, |file| Ok(file.write_all(&bytes)?))?;
+    write_atomic(&args.out, |file| Ok(file.write_all(&bytes)?))?;
     if args.json {
         let report = Report {
             prune_order: args.prune_order.to_string(),

@@ -1,11 +1,12 @@
 //! `windfall tree`: tree files.
 
-use crate::output::write_whole;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use windfall_core::tree::species::Species;
-use windfall_core::tree::{ImportOptions, Inspection, Tree, export_glb, import};
+use windfall_core::tree::{Inspection, Tree, export_glb};
+use windfall_host::file::write_atomic;
+use windfall_host::tree::read_or_grow;
 
 /// Arguments of `windfall tree`.
 #[derive(clap::Args)]
@@ -54,47 +55,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Command::Export { species, seed, out } => {
             let species: Species = species.parse().map_err(|e| anyhow::anyhow!("{e}"))?;
             let bytes = export_glb(&species.grow(*seed))?;
-            write_whole(out, |file| Ok(file.write_all(&bytes)?))
+            write_atomic(out, |file| Ok(file.write_all(&bytes)?))
         }
     }
-}
-
-/// Reads a tree file, or grows the species of that name.
-pub fn read_or_grow(
-    name: &str,
-    seed: u32,
-    leaves: &[String],
-    height: Option<f32>,
-) -> anyhow::Result<Tree> {
-    if let Some(height) = height
-        && !(0.01..=1000.0).contains(&height)
-    {
-        bail!("--height {height}: is not 0.01 to 1000 metres");
-    }
-    if let Ok(species) = name.parse::<Species>() {
-        let mut tree = species.grow(seed);
-        if let Some(height) = height {
-            tree.set_height(height);
-        }
-        return Ok(tree);
-    }
-    read(Path::new(name), leaves, height)
-}
-
-/// Reads a tree file.
-pub fn read(path: &Path, leaves: &[String], height: Option<f32>) -> anyhow::Result<Tree> {
-    if path.is_dir() {
-        bail!("{}: is a folder, not a tree file", path.display());
-    }
-    let bytes =
-        std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    let options = ImportOptions { leaves: leaves.to_vec(), height, ..Default::default() };
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let mut resolve = |uri: &str| {
-        let file = folder.join(uri);
-        std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))
-    };
-    Ok(import(&bytes, &path.display().to_string(), &options, &mut resolve)?)
 }
 
 fn inspect(tree: &Tree, json: bool) -> anyhow::Result<()> {

@@ -1,31 +1,34 @@
-//! The models of Windfall, on the CPU: trees and their leaves, fall paths, flight, wind, forests.
+//! What a host of Windfall needs at run time: data types, and the closed-form models that the shaders mirror.
 //!
-//! Nothing here opens a window, a file or a thread; readers take bytes and writers give bytes. The
-//! shaders of `windfall-gpu` are held against this crate: every function that they share with it is
-//! the reference there.
+//! Nothing here opens a window, a file or a thread, or reads a clock. Trees and fall paths come prepared from the
+//! crates `windfall-tree` and `windfall-flight`. The shaders of `windfall-gpu` are tested against this crate:
+//! whatever both compute, this crate is the reference for.
 //!
 //! Units everywhere: metres, seconds, radians; Y is up, right-handed, as in glTF. Colour is linear.
 //!
-//! | room | what it holds |
+//! Modules, each of which imports only from those above it:
+//!
+//! | module | what it holds |
 //! |---|---|
-//! | [`tree`] | a tree model: wood, leaves, materials; glTF in and out; the built-in species |
-//! | [`foliage`] | the leaves of a tree: elements, shapes, prune order, shed order |
-//! | [`forest`] | terrain and the instances that stand on it |
-//! | [`light`] | sky and sun, ambient light, the leaf's scattering |
-//! | [`path`] | fall paths: import, analysis, playback |
-//! | [`flight`] | flight simulation: where built-in paths come from |
-//! | [`wind`] | wind whose displacement is known in closed form |
-//! | [`shed`] | when leaves detach |
-//! | [`simplify`] | how many leaves of a distant tree are drawn, and what makes up for the others |
-//! | [`sway`] | how trees move in the wind |
+//! | [`error`] | one error type for everything that is read |
 //! | [`rng`] | the counter-based hash shared with the shaders |
+//! | [`wind`] | wind whose displacement is known in closed form |
+//! | [`sway`] | how trees move in the wind |
+//! | [`light`] | sky and sun, ambient light, scattering by a leaf |
+//! | [`forest`] | terrain and the trees that stand on it |
+//! | [`shed`] | when leaves detach |
+//! | [`path`] | fall paths: storage, playback, landing |
+//! | [`material`] | how surfaces look |
+//! | [`foliage`] | the leaves of a tree: elements, shapes, prune order, shed order |
+//! | [`simplify`] | how many leaves of a distant tree are drawn, and what makes up for the others |
+//! | [`tree`] | a tree model: wood and leaves |
 #![deny(missing_docs)]
 
 pub mod error;
-pub mod flight;
 pub mod foliage;
 pub mod forest;
 pub mod light;
+pub mod material;
 pub mod path;
 pub mod rng;
 pub mod shed;

@@ -81,7 +81,7 @@ impl Wind {
         turns - turns.floor()
     }
 
-    /// `time` within the period, for [`Wind::velocity`] and a GPU.
+    /// `time` within the period, for [`Wind::velocity`] and a GPU: to 0.06 ms, however large `time` is.
     pub fn reduced(time: f64) -> f32 {
         time.rem_euclid(Self::PERIOD) as f32
     }
@@ -162,6 +162,47 @@ mod tests {
             let v = wind.velocity(place, t);
             assert!(v.length() <= wind.fastest());
             assert!((v - wind.velocity(place, t + 3.0 * Wind::PERIOD)).length() < 1e-3);
+        }
+    }
+
+    /// The closed form of [`Wind::displacement`] in double precision throughout.
+    fn exact(wind: &Wind, place: Vec3, detach_time: f64, elapsed: f64, lag: f64) -> [f64; 2] {
+        use std::f64::consts::TAU;
+        let late = f64::from(wind.travel.x * place.x + wind.travel.y * place.z);
+        let late = late * f64::from(wind.slowness);
+        let fade = (-elapsed / lag).exp();
+        let along = |axis: usize| {
+            let steady = f64::from(wind.mean[axis]) * (elapsed - lag * (1.0 - fade));
+            let gusts = wind.gusts.iter().map(|gust| {
+                let omega = TAU * f64::from(gust.cycles) / Wind::PERIOD;
+                let first = omega * (detach_time - late).rem_euclid(Wind::PERIOD)
+                    + TAU * f64::from(gust.phase);
+                let ((s0, c0), (s1, c1)) = (first.sin_cos(), (first + omega * elapsed).sin_cos());
+                let a = 1.0 / lag;
+                let lagging = (a * s0 + omega * c0) - fade * (a * s1 + omega * c1);
+                f64::from(gust.amplitude[axis])
+                    * ((c0 - c1) / omega - lagging / (a * a + omega * omega))
+            });
+            steady + gusts.sum::<f64>()
+        };
+        [along(0), along(1)]
+    }
+
+    #[test]
+    fn displacement_is_as_precise_after_ten_days_as_at_once() {
+        let wind = Wind::new(6.0, 0.7, 1.0, 3);
+        let place = Vec3::new(20.0, 8.0, -35.0);
+        for detach_time in [0.0, 10.3, 1000.7, 864_000.3, 864_777.9, 1e9 + 0.1] {
+            for elapsed in [0.01, 0.5, 3.0, 20.0, 200.0] {
+                let found = wind.displacement(place, detach_time, elapsed, 0.4);
+                let [x, z] = exact(&wind, place, detach_time, f64::from(elapsed), 0.4);
+                let off = (f64::from(found.x) - x).hypot(f64::from(found.z) - z);
+                // Half a millimetre of phase, and single precision of hundreds of metres.
+                assert!(
+                    off < 5e-4 + 2e-6 * f64::from(found.length()),
+                    "{detach_time} {elapsed}: {off}"
+                );
+            }
         }
     }
 }

@@ -1,38 +1,53 @@
-//! The wgpu renderer of Windfall.
+//! The wgpu renderer of Windfall: parts that a host composes.
 //!
 //! It opens no window and no file, starts no thread and never blocks: the host owns the device,
-//! hands in an encoder and a target, and submits. The `windfall` crate's `examples/` folder has a
-//! whole host.
+//! hands in an encoder and render passes, and submits. The `windfall` crate's `examples/` folder has
+//! whole hosts.
+//!
+//! | part | what it is |
+//! |---|---|
+//! | [`Requirements`] | what to ask an adapter for, and what is turned off on it |
+//! | [`Renderer`] | pipelines for a device and a kind of target |
+//! | [`TreeModel`] | a tree, uploaded once, shared by forests |
+//! | [`Forest`] | trees on a terrain that shed their leaves; it may change at any time |
+//! | [`ViewState`] | what one view of a forest keeps |
+//! | [`View`] | what the host says of a view: camera, light, detail, quality |
+//!
+//! A frame: [`Renderer::advance`] brings each forest to a moment, [`Renderer::prepare`] records what a view
+//! needs, [`Renderer::draw`] draws it in the host's render pass. [`Renderer::render`] is a whole picture of these
+//! parts, with ground, sky and tone mapping.
 #![deny(missing_docs)]
 
-mod arena;
-mod capture;
-mod cull;
-mod events;
-mod eye;
-mod falls;
-mod forest;
-mod listed;
-mod model;
+mod base;
+mod counts;
+mod frame;
 mod pass;
-mod quality;
 mod renderer;
-mod roster;
-#[doc(hidden)]
-pub mod shared;
-mod strategy;
-mod texture;
+mod scene;
 mod view;
 
-pub use capture::{Capture, CountLeaves, LeafCounts};
-pub use events::{DetachEvent, EventError};
-pub use falls::Falls;
-pub use forest::{FrameStats, GpuForest, TreeCounts};
-pub use model::model_bytes;
-pub use pass::sky::{SkyPicture, SkyPictureError};
-pub use quality::Quality;
-pub use renderer::{Canvas, Renderer, Target};
-pub use strategy::{Elimination, Strategy, UnknownName};
-pub use view::{Camera, Culling, Show, Sky, Trail, View};
+#[doc(hidden)]
+pub mod internals;
+
+pub use base::capture::Capture;
+pub use base::constants::DebugView;
+pub use base::names::UnknownName;
+pub use base::requirements::{Requirements, TurnedOff, Unsupported};
+pub use base::timing::{TimedPass, Timing};
+pub use counts::{CountReadback, Counts, TreeCounts};
+pub use frame::{Layer, LayerFrame, Picture, Recording};
+pub use renderer::{DepthOnly, Layers, Options, Renderer, RendererError};
+pub use scene::falls::Falls;
+pub use scene::forest::{Forest, ForestError, ForestTotals, Moment, TreeId, TreePlace};
+pub use scene::model::{ModelError, TreeModel, model_bytes};
+pub use scene::sky_map::{SkyMap, SkyPicture, SkyPictureError};
+pub use view::camera::{Camera, Projection, ViewError};
+pub use view::culling::Culling;
+pub use view::description::{Trail, View};
+pub use view::light::{HostCascade, HostLight, HostShadow, Light, Sky};
+pub use view::quality::Quality;
+pub use view::state::ViewState;
+pub use view::targets::PictureTargets;
 pub use wgpu;
+#[cfg(feature = "profiler")]
 pub use wgpu_profiler;

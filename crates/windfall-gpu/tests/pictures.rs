@@ -3,66 +3,120 @@
 //! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
-use glam::{Quat, Vec2, Vec3};
-use std::sync::LazyLock;
-use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
+use glam::{DVec3, Quat, Vec2, Vec3};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
-use windfall_core::tree::species::Species;
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_core::wind::Wind;
 use windfall_gpu::{
-    Camera, Canvas, Capture, CountLeaves, Culling, DetachEvent, Elimination, Falls, GpuForest,
-    Quality, Renderer, Show, Strategy, Target, TreeCounts, View, wgpu, wgpu_profiler,
+    Camera, Capture, CountReadback, Culling, DebugView, Falls, Light, Moment, Options, Picture,
+    PictureTargets, Projection, Quality, Recording, Renderer, Sky, TreeCounts, TreeId, TreeModel,
+    View, ViewState, wgpu,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
+use windfall_tree::species::Species;
+use windfall_tree::{prepare, prepare_in_order};
 
 const SIZE: (u32, u32) = (160, 90);
 
 /// What draws: one for all tests of this file.
-struct Studio {
+struct Harness {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    profiler: GpuProfiler,
     renderer: Renderer,
     texture: wgpu::Texture,
 }
 
-static STUDIO: LazyLock<Studio> = LazyLock::new(|| {
+static HARNESS: LazyLock<Harness> = LazyLock::new(|| {
     let (device, queue) = device();
-    let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
     let texture = picture(&device, SIZE);
-    Studio {
-        profiler: GpuProfiler::new(&device, settings).unwrap(),
-        renderer: Renderer::new(&device, texture.format()),
+    Harness {
+        renderer: Renderer::new(&device, &Options::picture(texture.format())).unwrap(),
         texture,
         device,
         queue,
     }
 });
 
-/// One drawing at a time: the studio has one texture.
-static TURN: std::sync::Mutex<()> = std::sync::Mutex::new(());
+/// One drawing at a time: there is one texture.
+static TURN: Mutex<()> = Mutex::new(());
 
-fn upload(trees: &[Tree], forest: &Forest, falls: &Falls) -> GpuForest {
-    let Studio { device, queue, renderer, .. } = &*STUDIO;
-    GpuForest::with_falls(device, queue, renderer, trees, forest, falls)
+/// A forest and a view of it.
+struct Scene {
+    forest: windfall_gpu::Forest,
+    ids: Vec<TreeId>,
+    state: ViewState,
 }
 
-fn paint(forest: &GpuForest, view: &View) -> Vec<u8> {
-    paint_on(&STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1), forest, view)
+fn upload(trees: &[Tree], forest: &Forest, falls: &Falls) -> Mutex<Scene> {
+    let Harness { device, queue, renderer, .. } = &*HARNESS;
+    let models: Vec<TreeModel> =
+        trees.iter().map(|tree| TreeModel::new(device, queue, tree).unwrap()).collect();
+    let terrain = forest.terrain.clone();
+    let mut planted =
+        windfall_gpu::Forest::new(device, DVec3::ZERO, terrain, falls.clone()).unwrap();
+    let ids = planted.plant(&models, &forest.instances).unwrap();
+    Mutex::new(Scene { state: renderer.view(&planted), forest: planted, ids })
 }
 
-fn paint_on(canvas: &Canvas, forest: &GpuForest, view: &View) -> Vec<u8> {
-    let Studio { device, queue, profiler, renderer, texture } = &*STUDIO;
-    let _turn = TURN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let picture = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let target = Target { canvas, picture: &picture };
+/// A view at a moment.
+#[derive(Clone)]
+struct Shot {
+    time: f64,
+    season: f32,
+    view: View,
+}
+
+impl std::ops::Deref for Shot {
+    type Target = View;
+
+    fn deref(&self) -> &View {
+        &self.view
+    }
+}
+
+impl std::ops::DerefMut for Shot {
+    fn deref_mut(&mut self) -> &mut View {
+        &mut self.view
+    }
+}
+
+impl Shot {
+    fn sky(&mut self) -> &mut Sky {
+        match &mut self.view.light {
+            Light::Sky(sky, _) => sky,
+            Light::Host(_) => unreachable!("views of these tests have Windfall's sky"),
+        }
+    }
+
+    fn set_fov(&mut self, fov_y: f32) {
+        self.view.camera.projection = Projection::Perspective { fov_y, near: 0.1 };
+    }
+}
+
+fn targets() -> PictureTargets {
+    HARNESS.renderer.targets(SIZE.0, SIZE.1).unwrap()
+}
+
+fn paint(scene: &Mutex<Scene>, shot: &Shot) -> Vec<u8> {
+    paint_on(&targets(), scene, shot)
+}
+
+fn paint_on(targets: &PictureTargets, scene: &Mutex<Scene>, shot: &Shot) -> Vec<u8> {
+    let Harness { device, queue, renderer, texture } = &*HARNESS;
+    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    let Scene { forest, state, .. } = &mut *scene.lock().unwrap_or_else(PoisonError::into_inner);
+    let output = &texture.create_view(&wgpu::TextureViewDescriptor::default());
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    renderer.render(queue, &mut encoder, profiler, forest, view, target);
+    let mut recording = Recording::new(queue, &mut encoder);
+    forest.set_season(shot.season).unwrap();
+    renderer.advance(&mut recording, forest, Moment::of(shot.time, &shot.view)).unwrap();
+    let picture = Picture { targets, output, layers: &mut [] };
+    renderer.render(&mut recording, forest, state, &shot.view, picture).unwrap();
     let capture = Capture::encode(device, &mut encoder, texture);
     queue.submit([encoder.finish()]);
     capture.map();
@@ -71,10 +125,11 @@ fn paint_on(canvas: &Canvas, forest: &GpuForest, view: &View) -> Vec<u8> {
 }
 
 /// The trees of the frame that was painted last.
-fn counts(forest: &GpuForest) -> TreeCounts {
-    let Studio { device, queue, .. } = &*STUDIO;
+fn counts(scene: &Mutex<Scene>) -> TreeCounts {
+    let Harness { device, queue, .. } = &*HARNESS;
+    let Scene { forest, state, .. } = &*scene.lock().unwrap_or_else(PoisonError::into_inner);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let count = CountLeaves::encode(device, &mut encoder, forest);
+    let count = CountReadback::encode(device, &mut encoder, forest, state).unwrap();
     queue.submit([encoder.finish()]);
     count.map();
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
@@ -82,24 +137,23 @@ fn counts(forest: &GpuForest) -> TreeCounts {
 }
 
 /// A forest in which no leaf falls.
-fn paint_still(trees: &[Tree], forest: &Forest, view: &View) -> Vec<u8> {
-    paint(&upload(trees, forest, &Falls::none()), view)
+fn paint_still(trees: &[Tree], forest: &Forest, shot: &Shot) -> Vec<u8> {
+    paint(&upload(trees, forest, &Falls::none()), shot)
 }
 
 /// Half of all leaves fall within a minute, in a breeze.
-fn falls(trees: &[Tree]) -> Falls {
-    let mut falls = Falls {
+fn falls() -> Falls {
+    Falls {
         shedding: Shedding { start: 0.0, duration: 120.0, ..Shedding::default() },
         capacity: 200_000,
         ..Falls::default()
-    };
-    falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
-    falls
+    }
 }
 
-fn view(eye: [f32; 3], target: [f32; 3]) -> View {
-    let camera = Camera { eye: eye.into(), target: target.into(), fov_y: 0.8, near: 0.1 };
-    View { season: 0.55, ..View::new(camera) }
+fn view(eye: [f32; 3], target: [f32; 3]) -> Shot {
+    let [eye, target] = [eye, target].map(|p| Vec3::from(p).as_dvec3());
+    let camera = Camera::look_at(eye, target, 0.8, 0.1);
+    Shot { time: 0.0, season: 0.55, view: View::new(camera) }
 }
 
 fn stand(position: Vec3, model: u32) -> Instance {
@@ -169,7 +223,7 @@ fn compare(name: &str, rgba: &[u8]) {
     Snapshots::of_crate(env!("CARGO_MANIFEST_DIR")).assert(name, SIZE, rgba, Tolerance::default());
 }
 
-fn check(name: &str, (trees, forest): (Vec<Tree>, Forest), view: &View) {
+fn check(name: &str, (trees, forest): (Vec<Tree>, Forest), view: &Shot) {
     compare(name, &paint_still(&trees, &forest, view));
 }
 
@@ -187,7 +241,8 @@ fn one_tree_from_near() {
 #[test]
 fn one_tree_against_the_light() {
     let mut view = view([0.0, 1.7, 18.0], [0.0, 8.0, 0.0]);
-    (view.sky.sun_azimuth, view.sky.sun_elevation) = (std::f32::consts::PI, 0.35);
+    let sky = view.sky();
+    (sky.sun_azimuth, sky.sun_elevation) = (std::f32::consts::PI, 0.35);
     check("aspen-backlit", lone(Species::Aspen.grow(1)), &view);
 }
 
@@ -209,22 +264,23 @@ fn a_glade_from_above() {
 #[test]
 fn a_glade_in_late_summer_haze() {
     let mut view = view([0.0, 3.0, 30.0], [0.0, 5.0, 0.0]);
-    (view.season, view.sky.haze, view.sky.exposure) = (0.1, 0.02, 0.5);
+    view.season = 0.1;
+    (view.sky().haze, view.sky().exposure) = (0.02, 0.5);
     check("glade-haze", glade(), &view);
 }
 
 #[test]
 fn leaves_in_the_air_and_on_the_ground() {
     let (trees, forest) = glade();
-    let view = View { time: 60.0, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
-    compare("falling", &paint(&upload(&trees, &forest, &falls(&trees)), &view));
+    let view = Shot { time: 60.0, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    compare("falling", &paint(&upload(&trees, &forest, &falls()), &view));
 }
 
 #[test]
 fn a_moment_is_the_same_whatever_came_before_it() {
     let (trees, forest) = glade();
-    let falls = falls(&trees);
-    let at = |time| View { time, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
+    let falls = falls();
+    let at = |time| Shot { time, ..view([0.0, 3.0, 30.0], [0.0, 2.0, 0.0]) };
     let alone = paint(&upload(&trees, &forest, &falls), &at(40.0));
     let played = upload(&trees, &forest, &falls);
     let moments = [0.0, 40.0, 90.0, 40.0, 39.9, 40.0, -5.0, 40.0].map(|t| paint(&played, &at(t)));
@@ -239,15 +295,11 @@ fn a_moment_is_the_same_whatever_came_before_it() {
 #[test]
 fn a_tree_in_full_looks_the_same_in_each_prune_order() {
     let (mut trees, forest) = lone(Species::Maple.grow(2));
-    let view = View {
-        time: 60.0,
-        detail: Simplification::NONE,
-        shadow_detail: Simplification::NONE,
-        ..view([0.0, 3.0, 14.0], [0.0, 5.0, 0.0])
-    };
+    let mut view = Shot { time: 60.0, ..view([0.0, 3.0, 14.0], [0.0, 5.0, 0.0]) };
+    (view.view.detail, view.view.shadow_detail) = (Simplification::NONE, Simplification::NONE);
     let pictures = PruneOrder::ALL.map(|order| {
-        trees[0].foliage.set_prune_order(order, 1);
-        paint(&upload(&trees, &forest, &falls(&trees)), &view)
+        prepare_in_order(&mut trees[0], order, 1);
+        paint(&upload(&trees, &forest, &falls()), &view)
     });
     for picture in &pictures[1..] {
         // Where leaves cross at the same depth, the one that is drawn first stays.
@@ -262,19 +314,23 @@ fn a_tree_in_full_looks_the_same_in_each_prune_order() {
 fn leaves_let_go_as_the_wind_holds_them() {
     let (trees, forest) = lone(Species::Maple.grow_with(1, 700));
     let leaves = trees[0].foliage.leaves.len() as u32;
-    let mut falls = Falls { wind: Wind::new(8.0, 0.4, 0.8, 3), capacity: 2000, ..Falls::none() };
-    falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
+    let falls = Falls { wind: Wind::new(8.0, 0.4, 0.8, 3), ..Falls::none() };
     let apart = |a: &[u8], b: &[u8]| {
         a.iter().zip(b).map(|(a, b)| f32::from(a.abs_diff(*b))).sum::<f32>() / a.len() as f32
     };
     // Leaves of about 2, 8, 15 and 40 pixels.
     for fov_y in [0.8, 0.2, 0.1, 0.04] {
-        let mut at = View { time: 7.25, ..view([2.0, 2.0, 12.0], [0.0, 6.0, 0.0]) };
-        at.camera.fov_y = fov_y;
+        let mut at = Shot { time: 7.25, ..view([2.0, 2.0, 12.0], [0.0, 6.0, 0.0]) };
+        at.set_fov(fov_y);
         let thrown = |time| {
-            let event = |leaf| DetachEvent { instance: 0, leaf, time };
-            let falls = Falls { events: (0..leaves).map(event).collect(), ..falls.clone() };
-            paint(&upload(&trees, &forest, &falls), &at)
+            let scene = upload(&trees, &forest, &falls);
+            {
+                let Scene { forest, ids, .. } = &mut *scene.lock().unwrap();
+                for leaf in 0..leaves {
+                    forest.throw(ids[0], leaf, time).unwrap();
+                }
+            }
+            paint(&scene, &at)
         };
         let [hanging, loose, gone] = [7.2501, 7.2499, 4.0].map(thrown);
         let (pop, fall) = (apart(&hanging, &loose), apart(&hanging, &gone));
@@ -283,33 +339,24 @@ fn leaves_let_go_as_the_wind_holds_them() {
     }
 }
 
-/// From near, leaves that lie wither, but keep their veins and blotches: by every strategy.
+/// From near, leaves that lie wither, but keep their veins and blotches.
 #[test]
 fn leaves_that_lie_do_not_flicker() {
     let (trees, forest) = lone(Species::Maple.grow_with(1, 700));
     let shedding = Shedding { start: -20.0, duration: 1.0, ..Shedding::default() };
-    for strategy in Strategy::ALL {
-        let falls = Falls {
-            shedding,
-            wind: Wind::calm(),
-            capacity: 2000,
-            strategy,
-            elimination: Elimination::Off,
-            ..Falls::default()
-        };
-        let forest = upload(&trees, &forest, &falls);
-        let at = |time| {
-            let mut view = View { time, ..view([1.5, 1.2, 1.5], [1.5, 0.0, 1.2]) };
-            view.sky.clouds = 0.0;
-            paint(&forest, &view)
-        };
-        let [before, after, bare] = [30.0, 32.0, -30.0].map(at);
-        let most = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
-        println!("{strategy}: at most {:?} in two seconds", most(&before, &after));
-        // Two seconds of 240 take 1% of the blue that is lost; that is two levels of 255, and one for rounding.
-        assert!(most(&before, &after) <= Some(3), "{strategy}");
-        assert!(most(&before, &bare) > Some(100), "leaves lie there");
-    }
+    let falls = Falls { shedding, wind: Wind::calm(), capacity: 2000, ..Falls::default() };
+    let forest = upload(&trees, &forest, &falls);
+    let at = |time| {
+        let mut view = Shot { time, ..view([1.5, 1.2, 1.5], [1.5, 0.0, 1.2]) };
+        view.sky().clouds = 0.0;
+        paint(&forest, &view)
+    };
+    let [before, after, bare] = [30.0, 32.0, -30.0].map(at);
+    let most = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
+    println!("at most {:?} in two seconds", most(&before, &after));
+    // Two seconds of 240 take 1% of the blue that is lost; that is two levels of 255, and one for rounding.
+    assert!(most(&before, &after) <= Some(3));
+    assert!(most(&before, &bare) > Some(100), "leaves lie there");
 }
 
 /// A board of wood, 60 m wide and 40 m high, that faces +Z.
@@ -326,6 +373,7 @@ fn board() -> Tree {
         })
         .collect();
     board.wood.indices = vec![0, 1, 2, 0, 2, 3];
+    prepare(&mut board);
     board
 }
 
@@ -335,15 +383,16 @@ fn what_leans_into_view_is_drawn() {
     let (trees, forest) = lone(board());
     let falls = Falls { wind: Wind::new(14.0, 0.0, 0.0, 3), ..Falls::none() };
     let forest = upload(&trees, &forest, &falls);
-    let canvas = STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1);
+    let targets = targets();
     let mut seen = 0;
     for step in 0..24 {
         // Past its edge, ever farther to the side.
         let x = 70.0 + 0.4 * step as f32;
         let [all, sphere, clip_space] =
             [Culling::Off, Culling::Sphere, Culling::ClipSpace].map(|culling| {
-                let view = View { culling, ..view([x, 30.0, 50.0], [x, 30.0, 0.0]) };
-                paint_on(&canvas, &forest, &view)
+                let mut view = view([x, 30.0, 50.0], [x, 30.0, 0.0]);
+                view.culling = culling;
+                paint_on(&targets, &forest, &view)
             });
         assert!(sphere == all && clip_space == all, "{x} m");
         seen += usize::from(counts(&forest).visible > 0);
@@ -366,13 +415,14 @@ fn culling_leaves_out_only_what_is_not_seen() {
     let mut placed = placement.place(Terrain::flat(), &[1.0, 0.0]);
     placed.instances.push(Instance { yaw: 0.0, ..stand(Vec3::new(0.0, 0.0, 55.0), 1) });
     let forest = upload(&trees, &placed, &Falls::none());
-    let canvas = STUDIO.renderer.canvas(&STUDIO.device, SIZE.0, SIZE.1);
+    let targets = targets();
     let mut drawn = [[0; 4]; 5];
     for (step, drawn) in drawn.iter_mut().enumerate() {
         let x = 10.0 * step as f32;
         let pictures = Culling::ALL.map(|culling| {
-            let view = View { culling, ..view([x, 1.7, 75.0], [x, 3.0, 0.0]) };
-            let picture = paint_on(&canvas, &forest, &view);
+            let mut view = view([x, 1.7, 75.0], [x, 3.0, 0.0]);
+            view.culling = culling;
+            let picture = paint_on(&targets, &forest, &view);
             drawn[culling as usize] = counts(&forest).visible;
             picture
         });
@@ -401,12 +451,12 @@ fn perturbed_pictures_fail() {
 
     let mut fewer = forest.clone();
     // The nearest one: one that others hide would rightly change nothing.
-    let near = |i: &Instance| i.position.distance(here.camera.eye);
+    let near = |i: &Instance| i.position.distance(here.camera.eye.as_vec3());
     let nearest =
         (0..12).min_by(|&a, &b| near(&forest.instances[a]).total_cmp(&near(&forest.instances[b])));
     fewer.instances.remove(nearest.unwrap());
-    let later = View { season: 0.8, ..here };
-    let mut moved = here;
+    let later = Shot { season: 0.8, ..here.clone() };
+    let mut moved = here.clone();
     moved.camera.eye.x += 0.5;
     for (what, forest, view) in
         [("one tree less", &fewer, &here), ("later", &forest, &later), ("moved", &forest, &moved)]
@@ -448,14 +498,17 @@ fn column(radius: f32, height: f32) -> Tree {
         wood.indices.extend([top + 2 * side, top + 2 * side + 1, top + 2 * next]);
     }
     tree.wood = wood;
+    prepare(&mut tree);
     tree
 }
 
 /// Where light is bright or dim alone matters: no sky, grass or litter to look at.
-fn plain_view(eye: Vec3, target: Vec3, elevation: f32, shadows: bool) -> View {
+fn plain_view(eye: Vec3, target: Vec3, elevation: f32, shadows: bool) -> Shot {
     let mut view = view(eye.into(), target.into());
-    (view.sky.sun_azimuth, view.sky.sun_elevation) = (0.0, elevation);
-    (view.sky.haze, view.shadows) = (0.0, shadows);
+    let sky = view.sky();
+    (sky.sun_azimuth, sky.sun_elevation) = (0.0, elevation);
+    view.sky().haze = 0.0;
+    view.shadows = shadows;
     view.quality = Quality { grass: false, ground_detail: false, sway: false, ..Quality::HIGH };
     view
 }
@@ -475,7 +528,7 @@ fn what_the_sun_sees_has_no_acne() {
             let [with, without] = [true, false].map(|shadows| {
                 let mut view = plain_view(eye, target, elevation, shadows);
                 // A picture 0.88 m wide of a column of 1 m.
-                view.camera.fov_y = 2.0 * (0.25 / (distance - 0.5)).atan();
+                view.set_fov(2.0 * (0.25 / (distance - 0.5)).atan());
                 paint(&gpu, &view)
             });
             let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
@@ -502,7 +555,7 @@ fn shadows_begin_at_the_foot() {
             let [with, without] = [true, false].map(|shadows| {
                 let mut view = plain_view(eye, behind, elevation, shadows);
                 // Narrow: the middle of the picture is that place alone.
-                view.camera.fov_y = 2.0 * (3.0 * radius / distance).atan();
+                view.set_fov(2.0 * (3.0 * radius / distance).atan());
                 paint(&gpu, &view)
             });
             let middle = ((SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) * 4) as usize;
@@ -530,7 +583,7 @@ fn a_tree_where_cascades_meet_is_shaded_alike() {
             let eye = target + Vec3::new(0.94, 0.34, 0.0) * distance;
             let [with, without] = [true, false].map(|shadows| {
                 let mut view = plain_view(eye, target, elevation, shadows);
-                view.camera.fov_y = 2.0 * (5.0 / distance).atan();
+                view.set_fov(2.0 * (5.0 / distance).atan());
                 paint(&gpu, &view)
             });
             let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
@@ -554,6 +607,7 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
         let mut card = square();
         card.positions.iter_mut().for_each(|p| *p *= 0.06);
         tree.foliage.shapes.fill(card);
+        prepare(&mut tree);
         let (trees, forest) = lone(tree);
         let gpu = upload(&trees, &forest, &Falls::none());
         // Pixels of 0.7, 2 and 7 cm of leaves of about 5 cm.
@@ -562,9 +616,9 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
             let covered = |part: usize| {
                 let target = Vec3::new(0.0, 7.5, 0.0);
                 let mut view = plain_view(target + Vec3::Z * 150.0, target, 0.5, false);
-                view.show = Show::Coverage;
+                view.show = DebugView::Coverage;
                 view.detail = Simplification { leaf_pixels: 0.0, ..Simplification::NONE };
-                view.camera.fov_y = 2.0 * (height * part as f32 / 8.0 / 150.0).atan();
+                view.set_fov(2.0 * (height * part as f32 / 8.0 / 150.0).atan());
                 let rgba = paint(&gpu, &view);
                 let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
                 let (w, h) = (width / part, height / part);
@@ -628,7 +682,7 @@ fn cards_with_holes_shade_what_those_before_them_let_through() {
             let mut view = plain_view(eye, Vec3::ZERO, std::f32::consts::FRAC_PI_2, shadows);
             (view.detail, view.shadow_detail) = (Simplification::NONE, Simplification::NONE);
             // The ground below the cards alone.
-            view.camera.fov_y = 2.0 * (0.4f32 / 150.0).atan();
+            view.set_fov(2.0 * (0.4f32 / 150.0).atan());
             paint(&gpu, &view)
         });
         let dark = |(a, b): (&u8, &u8)| f32::from(b.saturating_sub(*a));
@@ -649,12 +703,13 @@ fn large_leaves_lit_at_vertices_look_the_same() {
         let eye = crown + Vec3::new(0.0, 0.5, 8.0);
         let mut view = plain_view(eye, crown, 0.6, false);
         // Leaves are a hundred pixels long and more.
-        view.camera.fov_y = 0.06;
+        view.set_fov(0.06);
         view.quality = Quality { pixel_lighting, ..Quality::LOW };
-        paint(&gpu, &View { show, ..view })
+        view.show = show;
+        paint(&gpu, &view)
     };
-    assert!(shot(true, Show::Coverage) == shot(false, Show::Coverage), "outlines");
-    let (pixels, vertices) = (shot(true, Show::Leaves), shot(false, Show::Leaves));
+    assert!(shot(true, DebugView::Coverage) == shot(false, DebugView::Coverage), "outlines");
+    let (pixels, vertices) = (shot(true, DebugView::Leaves), shot(false, DebugView::Leaves));
     let mean = |p: &[u8]| p.iter().map(|&v| f64::from(v)).sum::<f64>() / p.len() as f64;
     let light = mean(&vertices) / mean(&pixels);
     let apart: Vec<u8> = pixels.iter().zip(&vertices).map(|(a, b)| a.abs_diff(*b)).collect();
@@ -673,7 +728,7 @@ fn a_stop_more_is_the_system_gamma_more_light() {
     let gpu = upload(&[], &forest, &Falls::none());
     let at = |stops: f32| {
         let mut view = view([0.0, 4.0, 20.0], [0.0, 4.0, 0.0]);
-        view.sky.exposure = stops;
+        view.sky().exposure = stops;
         paint(&gpu, &view)
     };
     let (dim, bright) = (at(-3.0), at(-2.0));
@@ -702,9 +757,11 @@ fn bare_trees_keep_their_crowns_far_away() {
         let trees = upload(&[bald(species)], &forest, &Falls::none());
         let nothing = Forest { terrain: Terrain::flat(), instances: Vec::new() };
         let nothing = upload(&[bald(species)], &nothing, &Falls::none());
-        let with = |detail| View {
-            detail,
-            ..plain_view(Vec3::new(0.0, 3.0, 55.0), Vec3::new(0.0, 3.0, 0.0), 0.6, false)
+        let with = |detail| {
+            let (eye, target) = (Vec3::new(0.0, 3.0, 55.0), Vec3::new(0.0, 3.0, 0.0));
+            let mut shot = plain_view(eye, target, 0.6, false);
+            shot.detail = detail;
+            shot
         };
         // What the trees take of the light of the sky behind them, above three metres.
         let taken = |detail| {

@@ -1,17 +1,44 @@
 //! Ranges of a scene's numbers.
 
 use crate::{Scene, Source};
+use std::fmt::Display;
 use windfall_core::forest::Placement;
 use windfall_core::shed::Shedding;
-use windfall_core::simplify::PruneOrder;
-use windfall_core::tree::species::Species;
 use windfall_core::{InputError, InputErrorKind};
-use windfall_gpu::{Culling, Elimination, Quality, Strategy};
+use windfall_tree::Species;
 
 /// Largest width or height of a picture, pixels; a device may allow less.
 const LARGEST_SIDE: u32 = 16_384;
 /// Farthest that anything may be from the origin, metres.
-const FARTHEST: f32 = 100_000.0;
+const FARTHEST: f64 = 100_000.0;
+/// Farthest moment from the scene's beginning, either way, seconds: 115 days.
+const LATEST: f64 = 1e7;
+/// Most leaves in the air and on the ground together.
+const MOST_LEAVES: u32 = 4_000_000;
+
+/// Name of the scene that is checked, for errors.
+pub(crate) struct SceneName<'a>(pub &'a str);
+
+impl SceneName<'_> {
+    /// Refuses what is outside of `low..=high`. A NaN is in no range.
+    pub fn number<T: PartialOrd + Display + Copy>(
+        &self,
+        place: &str,
+        value: T,
+        low: T,
+        high: T,
+    ) -> Result<(), InputError> {
+        if (low..=high).contains(&value) {
+            Ok(())
+        } else {
+            Err(self.refuse(place, format!("{value} is not within {low} to {high}")))
+        }
+    }
+
+    fn refuse(&self, place: &str, cause: String) -> InputError {
+        InputError::new(self.0, place, InputErrorKind::OutOfRange, cause)
+    }
+}
 
 impl Scene {
     /// Checks every number: those from a file, and those that a program or a command line changed.
@@ -20,18 +47,13 @@ impl Scene {
     ///
     /// The first field that is out of range, with what it may be.
     pub fn check(&self, file: &str) -> Result<(), InputError> {
+        let name = SceneName(file);
         let fail = |place: &str, value: String, want: &str| {
-            let cause = format!("{value} {want}");
-            Err(InputError::new(file, place, InputErrorKind::OutOfRange, cause))
+            Err(name.refuse(place, format!("{value} {want}")))
         };
-        // A NaN is in no range.
-        let number = |place: &str, value: f32, low: f32, high: f32| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                fail(place, value.to_string(), &format!("is not within {low} to {high}"))
-            }
-        };
+        let number =
+            |place: &str, value: f32, low: f32, high: f32| name.number(place, value, low, high);
+        let moment = |place: &str, time: f64| name.number(place, time, -LATEST, LATEST);
         let (width, height) = self.size;
         if !(1..=LARGEST_SIDE).contains(&width) || !(1..=LARGEST_SIDE).contains(&height) {
             let want = format!("is not a picture: both sides are 1 to {LARGEST_SIDE} pixels");
@@ -41,7 +63,7 @@ impl Scene {
             let want = format!("is more than {} trees", Placement::MOST);
             return fail("count", self.count.to_string(), &want);
         }
-        number("time", self.time, -1e7, 1e7)?;
+        moment("time", self.time)?;
         number("fps", self.fps, 0.001, 10_000.0)?;
         if self.frames.0 > self.frames.1 {
             return fail("frames", format!("{:?}", self.frames), "ends before it begins");
@@ -79,19 +101,8 @@ impl Scene {
         number("wind.speed", self.wind.speed, 0.0, 40.0)?;
         number("wind.heading", self.wind.heading, -3600.0, 3600.0)?;
         number("wind.gustiness", self.wind.gustiness, 0.0, 1.0)?;
-        number("loose_leaves", self.loose_leaves as f32, 0.0, 4_000_000.0)?;
-        let known = [
-            ("strategy", self.strategy.parse::<Strategy>().err().map(|e| e.to_string())),
-            ("elimination", self.elimination.parse::<Elimination>().err().map(|e| e.to_string())),
-            ("prune_order", self.prune_order.parse::<PruneOrder>().err().map(|e| e.to_string())),
-            ("culling", self.culling.parse::<Culling>().err().map(|e| e.to_string())),
-            ("quality", self.quality.parse::<Quality>().err().map(|e| e.to_string())),
-        ];
-        for (place, unknown) in known {
-            if let Some(cause) = unknown {
-                return Err(InputError::new(file, place, InputErrorKind::Missing, cause));
-            }
-        }
+        name.number("loose_leaves", self.loose_leaves, 0, MOST_LEAVES)?;
+        name.number("elimination_per_frame", self.elimination_per_frame, 1, MOST_LEAVES)?;
         if self.trails.len() > 4 {
             return fail("trails", self.trails.len().to_string(), "are more than 4");
         }
@@ -101,14 +112,14 @@ impl Scene {
         {
             let place = format!("{list}[{i}]");
             for value in [strip.from.0, strip.from.1, strip.to.0, strip.to.1] {
-                number(&place, value, -FARTHEST, FARTHEST)?;
+                name.number(&place, value, -FARTHEST, FARTHEST)?;
             }
             number(&place, strip.radius, 0.0, 1000.0)?;
         }
         for (i, event) in self.events.iter().enumerate() {
-            number(&format!("events[{i}].time"), event.time, -1e7, 1e7)?;
+            moment(&format!("events[{i}].time"), event.time)?;
         }
-        self.check_detail(file)?;
+        self.check_detail(&name)?;
         self.check_trees(file)?;
         if self.camera.is_empty() {
             return fail("camera", "the list".to_owned(), "has no key");
@@ -117,15 +128,13 @@ impl Scene {
             let at = |field: &str| format!("camera[{i}]{field}");
             for (field, (x, y, z)) in [(".eye", key.eye), (".target", key.target)] {
                 for value in [x, y, z] {
-                    number(&at(field), value, -FARTHEST, FARTHEST)?;
+                    name.number(&at(field), value, -FARTHEST, FARTHEST)?;
                 }
             }
             number(&at(".fov"), key.fov, 1.0, 170.0)?;
-            number(&at(".time"), key.time, -1e7, 1e7)?;
+            moment(&at(".time"), key.time)?;
             if key.eye == key.target {
-                return fail(&at(""), "eye and target".to_owned(), "are the same point").map_err(
-                    |e: InputError| InputError { cause: "eye and target are the same".into(), ..e },
-                );
+                return Err(name.refuse(&at(""), "eye and target are the same".to_owned()));
             }
             if i > 0 && key.time <= self.camera[i - 1].time {
                 return fail(&at(".time"), key.time.to_string(), "is not after the key before it");

@@ -3,20 +3,25 @@
 //! A scene is a versioned RON file ([`Scene::from_ron`]); the built-in ones are such files too and
 //! serve the tests, the benchmarks and the README's pictures. Nothing here opens a file: trees that
 //! a scene names are read by the caller.
+//!
+//! A scene that was read is whole: its choices are enums and its numbers are in range, so nothing is
+//! parsed later. A program that changes one calls [`Scene::check`].
 #![deny(missing_docs)]
 
 mod check;
+mod choices;
 mod detail;
 mod named;
 mod stage;
 mod throw;
 
-pub use detail::{DetailEntry, FadeEntry, FadeRangeEntry};
+pub use choices::{Culling, Elimination, QualityPreset, Strategy, UnknownChoice};
 pub use named::{NAMES, named};
 pub use stage::Stage;
 
 use serde::{Deserialize, Serialize};
 use windfall_core::shed::Shedding;
+use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::{InputError, InputErrorKind};
 
 /// The version that this library reads and writes.
@@ -41,7 +46,7 @@ pub struct Scene {
     pub size: (u32, u32),
     /// Time of a still, seconds.
     #[serde(default)]
-    pub time: f32,
+    pub time: f64,
     /// First and last frame of a film.
     #[serde(default = "defaults::frames")]
     pub frames: (u32, u32),
@@ -82,17 +87,19 @@ pub struct Scene {
     /// Most leaves in the air and on the ground together.
     #[serde(default = "defaults::loose_leaves")]
     pub loose_leaves: u32,
-    /// Where the poses of falling leaves are computed: `vertex`, `fragment`, `vertex-buffer` or
-    /// `compute`.
-    #[serde(default = "defaults::strategy")]
-    pub strategy: String,
-    /// Which leaves a simplified tree keeps: the first in this order, `random`, `importance` or
-    /// `blue-noise`.
-    #[serde(default = "defaults::prune_order")]
-    pub prune_order: String,
-    /// When landed leaves become static geometry: `off`, `progressive` or `scheduled`.
-    #[serde(default = "defaults::elimination")]
-    pub elimination: String,
+    /// Where the poses of falling leaves are computed.
+    #[serde(default)]
+    pub strategy: Strategy,
+    /// Which leaves a simplified tree keeps: the first in this order, `"random"`, `"importance"` or
+    /// `"blue-noise"`.
+    #[serde(default)]
+    pub prune_order: PruneOrder,
+    /// When landed leaves become static geometry.
+    #[serde(default)]
+    pub elimination: Elimination,
+    /// Leaves that [`Elimination::Progressive`] tests in a frame, at least 1; VB: 10 to 20.
+    #[serde(default = "defaults::elimination_per_frame")]
+    pub elimination_per_frame: u32,
     /// Whether leaves in the air that are not seen are skipped for some frames. Frames then depend a
     /// little on those that were drawn before.
     #[serde(default)]
@@ -108,18 +115,26 @@ pub struct Scene {
     /// Whether the sun casts shadows.
     #[serde(default = "defaults::yes")]
     pub shadows: bool,
-    /// How distant trees are simplified.
+    /// How distant trees are simplified. A file has the options in one list:
+    ///
+    /// | key | option |
+    /// |---|---|
+    /// | `d0`, or `b0: Some(…)` | [`Simplification::reduction`] |
+    /// | `growth_factor`, `growth_pixels` | [`Simplification::growth`]; the factor is `Some(…)`, or `None` for any |
+    /// | `fade`, `fade_range`, `full_at_one`, `early`, `smooth` | [`Simplification::fade`] |
+    /// | the others | the field of the same name |
+    #[serde(default, with = "detail")]
+    pub detail: Simplification,
+    /// How those are simplified that cast shadows; the keys are the same. Left out as a whole, trees
+    /// are drawn in full up to 15 m; what a list leaves out is as in [`Simplification::DEFAULT`].
+    #[serde(default = "stage::shadow_detail", with = "detail")]
+    pub shadow_detail: Simplification,
+    /// Which trees are left out because they are not seen.
     #[serde(default)]
-    pub detail: DetailEntry,
-    /// How those are simplified that cast shadows.
-    #[serde(default = "DetailEntry::shadow")]
-    pub shadow_detail: DetailEntry,
-    /// Which trees are left out: `off`, `clip-space`, `sphere` or `occlusion`.
-    #[serde(default = "defaults::culling")]
-    pub culling: String,
-    /// What the picture may cost: `low`, `medium` or `high`.
-    #[serde(default = "defaults::quality")]
-    pub quality: String,
+    pub culling: Culling,
+    /// What the picture may cost.
+    #[serde(default)]
+    pub quality: QualityPreset,
 }
 
 /// A kind of tree in the forest.
@@ -159,9 +174,9 @@ pub enum Source {
 #[serde(deny_unknown_fields)]
 pub struct Capsule {
     /// One end, `(x, z)`.
-    pub from: (f32, f32),
+    pub from: (f64, f64),
     /// The other end.
-    pub to: (f32, f32),
+    pub to: (f64, f64),
     /// Half width.
     pub radius: f32,
 }
@@ -222,7 +237,7 @@ pub struct EventEntry {
     /// Number of the leaf on it, from 0, in prune order.
     pub leaf: u32,
     /// When it detaches.
-    pub time: f32,
+    pub time: f64,
 }
 
 /// A wind with gusts: see [`windfall_core::wind::Wind::new`].
@@ -249,11 +264,11 @@ impl Default for WindEntry {
 pub struct CameraKey {
     /// When.
     #[serde(default)]
-    pub time: f32,
+    pub time: f64,
     /// Where it stands: x, height above the ground there, z.
-    pub eye: (f32, f32, f32),
+    pub eye: (f64, f64, f64),
     /// What it looks at: x, height above the ground there, z.
-    pub target: (f32, f32, f32),
+    pub target: (f64, f64, f64),
     /// Vertical field of view, degrees.
     #[serde(default = "defaults::fov")]
     pub fov: f32,
@@ -305,20 +320,8 @@ mod defaults {
     pub fn loose_leaves() -> u32 {
         1_000_000
     }
-    pub fn quality() -> String {
-        windfall_gpu::Quality::PRESETS[2].0.to_owned()
-    }
-    pub fn strategy() -> String {
-        windfall_gpu::Strategy::default().to_string()
-    }
-    pub fn prune_order() -> String {
-        windfall_core::simplify::PruneOrder::default().to_string()
-    }
-    pub fn elimination() -> String {
-        windfall_gpu::Elimination::default().to_string()
-    }
-    pub fn culling() -> String {
-        windfall_gpu::Culling::default().to_string()
+    pub fn elimination_per_frame() -> u32 {
+        20
     }
     pub fn size() -> (u32, u32) {
         (1280, 720)
@@ -368,8 +371,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// What is not RON, has unknown fields, another version, or numbers out of range: with the
-    /// line and column, or the field.
+    /// What is not RON, has unknown fields or names, or another version: with the line and column.
+    /// Numbers out of range, and species that there are not: with the field.
     pub fn from_ron(text: &str, file: &str) -> Result<Self, InputError> {
         let spanned = |e: ron::error::SpannedError| {
             let place = format!("line {}, column {}", e.span.start.line, e.span.start.col);
@@ -413,6 +416,7 @@ struct Version {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use windfall_core::simplify::Reduction;
 
     const SMALL: &str = r#"(version: 1, trees: [(source: Species("oak"))], count: 3,
         camera: [(eye: (0, 1.7, 20), target: (0, 5, 0))])"#;
@@ -422,17 +426,126 @@ mod tests {
         Scene::from_ron(&SMALL.replace(from, to), "s.ron").unwrap_err().to_string()
     }
 
+    fn with(fields: &str) -> Result<Scene, InputError> {
+        Scene::from_ron(&SMALL.replace("count: 3", &format!("count: 3, {fields}")), "s.ron")
+    }
+
     #[test]
     fn a_small_scene_has_every_default() {
         let scene = Scene::from_ron(SMALL, "s.ron").unwrap();
         assert_eq!((scene.size, scene.fps, scene.frames), ((1280, 720), 30.0, (0, 299)));
         assert_eq!(scene.trees[0].variants, 2);
+        assert_eq!((scene.strategy, scene.culling), (Strategy::Compute, Culling::Sphere));
+        assert_eq!(scene.elimination, Elimination::Scheduled);
+        assert_eq!((scene.elimination_per_frame, scene.quality), (20, QualityPreset::High));
+        assert_eq!(scene.prune_order, PruneOrder::BlueNoise);
+        assert_eq!(scene.detail, Simplification::DEFAULT);
+        let Reduction::Distance { d0 } = scene.shadow_detail.reduction else { panic!("{scene:?}") };
+        assert_eq!(d0, 15.0);
     }
 
     #[test]
-    fn a_scene_survives_writing_and_reading() {
-        let scene = Scene::from_ron(SMALL, "s.ron").unwrap();
-        assert_eq!(Scene::from_ron(&scene.to_ron(), "again").unwrap(), scene);
+    fn choices_are_read_and_written_by_the_names_that_files_have() {
+        let both = |field: &str, is: &dyn Fn(&Scene) -> bool| {
+            let scene = with(field).unwrap();
+            assert!(is(&scene), "{field}: {scene:?}");
+            let written = scene.to_ron();
+            assert!(written.contains(field), "{field}: {written}");
+        };
+        for (field, strategy) in [
+            (r#"strategy: "vertex""#, Strategy::Vertex),
+            (r#"strategy: "fragment""#, Strategy::Fragment),
+            (r#"strategy: "vertex-buffer""#, Strategy::VertexBuffer),
+            (r#"strategy: "compute""#, Strategy::Compute),
+        ] {
+            both(field, &|scene| scene.strategy == strategy);
+        }
+        for (field, order) in [
+            (r#"prune_order: "random""#, PruneOrder::Random),
+            (r#"prune_order: "importance""#, PruneOrder::Importance),
+            (r#"prune_order: "blue-noise""#, PruneOrder::BlueNoise),
+        ] {
+            both(field, &|scene| scene.prune_order == order);
+        }
+        for (field, elimination) in [
+            (r#"elimination: "off""#, Elimination::Off),
+            (r#"elimination: "progressive""#, Elimination::Progressive),
+            (r#"elimination: "scheduled""#, Elimination::Scheduled),
+        ] {
+            both(field, &|scene| scene.elimination == elimination);
+        }
+        for (field, culling) in [
+            (r#"culling: "off""#, Culling::Off),
+            (r#"culling: "clip-space""#, Culling::ClipSpace),
+            (r#"culling: "sphere""#, Culling::Sphere),
+            (r#"culling: "occlusion""#, Culling::Occlusion),
+        ] {
+            both(field, &|scene| scene.culling == culling);
+        }
+        for (field, quality) in [
+            (r#"quality: "low""#, QualityPreset::Low),
+            (r#"quality: "medium""#, QualityPreset::Medium),
+            (r#"quality: "high""#, QualityPreset::High),
+        ] {
+            both(field, &|scene| scene.quality == quality);
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_is_refused_where_it_stands() {
+        // The column is that of the name's first letter.
+        for (field, message) in [
+            (
+                r#"    strategy: "cpu""#,
+                "line 2, column 16: strategy \"cpu\" is not known; \
+                 there are: vertex, fragment, vertex-buffer, compute",
+            ),
+            (
+                r#"prune_order: "pink""#,
+                "line 2, column 15: prune order \"pink\" is not known; \
+                 there are: random, importance, blue-noise",
+            ),
+            (
+                r#"elimination: "Off""#,
+                "line 2, column 15: elimination \"Off\" is not known; \
+                 there are: off, progressive, scheduled",
+            ),
+            (
+                r#"culling: "spheres""#,
+                "line 2, column 11: culling \"spheres\" is not known; \
+                 there are: off, clip-space, sphere, occlusion",
+            ),
+            (
+                r#"quality: """#,
+                "line 2, column 11: quality \"\" is not known; there are: low, medium, high",
+            ),
+            // Names are strings, as they always were.
+            ("quality: low", "line 2, column 9: Expected string"),
+        ] {
+            let error = with(&format!("\n{field}")).unwrap_err();
+            assert_eq!(error.to_string(), format!("s.ron: {message}"));
+            assert_eq!(error.kind, InputErrorKind::Malformed);
+        }
+    }
+
+    /// Each of these steps is lost in `f32`.
+    #[test]
+    fn places_and_moments_are_exact_far_away_and_late() {
+        let scene = with(
+            "time: 864000.001, events: [(tree: 0, leaf: 1, time: 864000.002)], \
+             keep_out: [(from: (99999.0001, 0), to: (0, -99999.0002), radius: 1)]",
+        );
+        let scene = scene.unwrap();
+        assert_eq!((scene.time, scene.events[0].time), (864_000.001, 864_000.002));
+        let strip = scene.keep_out[0];
+        assert_eq!((strip.from, strip.to), ((99_999.000_1, 0.0), (0.0, -99_999.000_2)));
+        let camera = "camera: [\
+            (time: 864000.001, eye: (99999.0003, 1, 0), target: (0, 0, 99999.0004)), \
+            (time: 864000.002, eye: (1, 1, 1), target: (0, 0, 0))]";
+        let text = SMALL.replace("camera: [(eye: (0, 1.7, 20), target: (0, 5, 0))]", camera);
+        let [first, second] = Scene::from_ron(&text, "s.ron").unwrap().camera[..] else { panic!() };
+        assert_eq!((first.time, second.time), (864_000.001, 864_000.002));
+        assert_eq!((first.eye.0, first.target.2), (99_999.000_3, 99_999.000_4));
     }
 
     #[test]
@@ -444,16 +557,18 @@ mod tests {
             ("count: 3", "count: 1000000", "s.ron: count: 1000000"),
             ("count: 3", "count: 3, size: (0, 5)", "s.ron: size: 0x5"),
             ("count: 3", "count: 3, fps: 0", "s.ron: fps: 0"),
+            ("count: 3", "count: 3, time: 10000001", "s.ron: time: 10000001 is not within"),
+            ("count: 3", "count: 3, loose_leaves: 4000001", "s.ron: loose_leaves: 4000001"),
+            ("count: 3", "count: 3, elimination_per_frame: 0", "s.ron: elimination_per_frame: 0"),
+            ("count: 3", "count: 3, detail: (h: 1)", "s.ron: detail.h: 1 is not within 0 to 0.99"),
+            ("count: 3", "count: 3, shadow_detail: (h: NaN)", "s.ron: shadow_detail.h: NaN"),
+            ("count: 3", "count: 3, detail: (fade: Sise)", "fade: Unexpected variant named `Sise`"),
             ("(0, 5, 0)", "(0, inf, 0)", "s.ron: camera[0].target: inf"),
+            ("(0, 5, 0)", "(0, 5, 100001)", "s.ron: camera[0].target: 100001"),
             ("(0, 5, 0)", "(0, 1.7, 20)", "s.ron: camera[0]: eye and target are the same"),
             ("[(source: Species(\"oak\"))]", "[]", "s.ron: trees: no tree"),
             ("\"oak\"", "\"oakk\"", "s.ron: trees[0].source: no species is called \"oakk\""),
             ("count: 3", "count: 3, scale: (0, 1)", "s.ron: scale: (0.0, 1.0) is not"),
-            (
-                "count: 3",
-                "count: 3, prune_order: \"pink\"",
-                "s.ron: prune_order: prune order \"pink\"",
-            ),
             (
                 "count: 3",
                 "count: 3, events: [(tree: 0, leaf: 1, time: 2), (tree: 0, leaf: 1, time: NaN)]",

@@ -1,16 +1,16 @@
-//! From a scene to what the renderer takes.
+//! From a scene to what the renderer takes. A scene's choices become the renderer's types here alone.
 
-use crate::{CameraKey, Scene, Source, TreeEntry};
-use glam::{Vec2, Vec3};
+use crate::{CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy, TreeEntry};
+use glam::{DVec2, DVec3, Vec2};
 use windfall_core::forest::{Forest, KeepOut, Placement, Terrain};
 use windfall_core::rng::hash;
 use windfall_core::shed::Shedding;
-use windfall_core::simplify::PruneOrder;
+use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::tree::Tree;
-use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
 use windfall_core::{InputError, InputErrorKind};
 use windfall_gpu::{Camera, DetachEvent, Falls, Show, Sky, Trail, View};
+use windfall_tree::{GrowOptions, Species, set_prune_order};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -56,26 +56,32 @@ impl Scene {
     ) -> Result<Stage, E> {
         let mut trees = Vec::new();
         let mut weights = Vec::new();
-        let prune_order = self.prune_order.parse().unwrap_or_default();
+        // Models come in random order.
+        let prune_order = (self.prune_order != PruneOrder::Random)
+            .then(|| (self.prune_order, hash(self.seed, 5)));
         for (i, entry) in self.trees.iter().enumerate() {
             let variants = match &entry.source {
                 Source::Species(name) => {
                     let species = species(name);
                     let key = hash(self.seed, 0x7ee5 + i as u32);
-                    (0..entry.variants).map(|v| species.grow(hash(key, v))).collect()
+                    let options =
+                        GrowOptions { height: entry.height, prune_order, ..GrowOptions::default() };
+                    (0..entry.variants).map(|v| species.grow_as(hash(key, v), &options)).collect()
                 }
-                Source::File(name) => vec![read(name, entry)?],
+                Source::File(name) => {
+                    let mut tree = read(name, entry)?;
+                    if let Some(height) = entry.height {
+                        tree.set_height(height);
+                    }
+                    if let Some((order, seed)) = prune_order {
+                        set_prune_order(&mut tree.foliage, order, seed);
+                    }
+                    vec![tree]
+                }
             };
             for mut tree in variants {
-                if let Some(height) = entry.height {
-                    tree.set_height(height);
-                }
                 if let Some(name) = &entry.palette {
                     tree.foliage.palette = Some(species(name).params().palette);
-                }
-                // Models come in random order.
-                if prune_order != PruneOrder::Random {
-                    tree.foliage.set_prune_order(prune_order, hash(self.seed, 5));
                 }
                 weights.push(entry.weight / entry.variants as f32);
                 trees.push(tree);
@@ -87,11 +93,7 @@ impl Scene {
             keep_out: self
                 .keep_out
                 .iter()
-                .map(|k| KeepOut {
-                    from: Vec2::from(k.from),
-                    to: Vec2::from(k.to),
-                    radius: k.radius,
-                })
+                .map(|k| KeepOut { from: on_ground(k.from), to: on_ground(k.to), radius: k.radius })
                 .collect(),
             scale: self.scale,
             season_spread: self.season_spread,
@@ -118,8 +120,8 @@ impl Scene {
                 hash(self.seed, 4),
             ),
             capacity: self.loose_leaves,
-            strategy: self.strategy.parse().unwrap_or_default(),
-            elimination: self.elimination.parse().unwrap_or_default(),
+            strategy: self.strategy.into(),
+            elimination: self.elimination.testing(self.elimination_per_frame),
             leaf_occlusion: self.leaf_occlusion,
             events: self
                 .events
@@ -144,8 +146,11 @@ impl Scene {
     }
 
     /// The view at a moment. Times outside the camera's keys keep its first or last.
-    pub fn view(&self, time: f32, terrain: &Terrain) -> View {
-        let above = |(x, y, z): (f32, f32, f32)| Vec3::new(x, terrain.height(x, z) + y, z);
+    pub fn view(&self, time: f64, terrain: &Terrain) -> View {
+        let above = |at: DVec3| {
+            let ground = terrain.height(at.x as f32, at.z as f32);
+            at + DVec3::Y * f64::from(ground)
+        };
         let (eye, target, fov) = self.camera_at(time);
         View {
             camera: Camera {
@@ -168,29 +173,33 @@ impl Scene {
             trails: self.trails(),
             shadows: self.shadows,
             show: Show::default(),
-            detail: self.detail.simplification(),
-            shadow_detail: self.shadow_detail.simplification(),
-            culling: self.culling.parse().unwrap_or_default(),
-            quality: self.quality.parse().unwrap_or_default(),
+            detail: self.detail,
+            shadow_detail: self.shadow_detail,
+            culling: self.culling.into(),
+            quality: self.quality.into(),
         }
     }
 
     fn trails(&self) -> [Trail; 4] {
         let mut trails = [Trail::default(); 4];
         for (trail, strip) in trails.iter_mut().zip(&self.trails) {
-            let (from, to) = (Vec2::from(strip.from), Vec2::from(strip.to));
-            *trail = Trail { from, to, radius: strip.radius };
+            *trail = Trail {
+                from: on_ground(strip.from),
+                to: on_ground(strip.to),
+                radius: strip.radius,
+            };
         }
         trails
     }
 
-    /// The moment of a frame, clamped to the scene's frames.
-    pub fn frame_time(&self, frame: u32) -> f32 {
-        frame.clamp(self.frames.0, self.frames.1) as f32 / self.fps
+    /// The moment of a frame, clamped to the scene's frames, seconds.
+    pub fn frame_time(&self, frame: u32) -> f64 {
+        f64::from(frame.clamp(self.frames.0, self.frames.1)) / f64::from(self.fps)
     }
 
-    /// Catmull-Rom through the keys.
-    fn camera_at(&self, time: f32) -> ((f32, f32, f32), (f32, f32, f32), f32) {
+    /// Eye, target and field of view, degrees, with heights above the ground: Catmull-Rom through the
+    /// keys.
+    fn camera_at(&self, time: f64) -> (DVec3, DVec3, f32) {
         let keys = &self.camera;
         let next = keys.partition_point(|k| k.time <= time).clamp(1, keys.len().max(2) - 1);
         let key = |i: usize| &keys[i.min(keys.len() - 1)];
@@ -198,16 +207,69 @@ impl Scene {
             (key(next.saturating_sub(2)), key(next - 1), key(next), key(next + 1));
         let span = b.time - a.time;
         let s = if span > 0.0 { ((time - a.time) / span).clamp(0.0, 1.0) } else { 0.0 };
-        let along = |get: fn(&CameraKey) -> (f32, f32, f32)| {
-            let [p, a, b, q] = [before, a, b, after].map(|k| Vec3::from(get(k)));
+        let along = |get: fn(&CameraKey) -> (f64, f64, f64)| {
+            let [p, a, b, q] = [before, a, b, after].map(|k| DVec3::from(get(k)));
             let v = a * 2.0
                 + (b - p) * s
                 + (p * 2.0 - a * 5.0 + b * 4.0 - q) * s * s
                 + (a * 3.0 - p - b * 3.0 + q) * s * s * s;
-            (v * 0.5).into()
+            v * 0.5
         };
-        (along(|k| k.eye), along(|k| k.target), a.fov + (b.fov - a.fov) * s)
+        (along(|k| k.eye), along(|k| k.target), a.fov + (b.fov - a.fov) * s as f32)
     }
+}
+
+/// Simplification of what casts shadows, where a scene says nothing of it.
+pub(crate) fn shadow_detail() -> Simplification {
+    View::SHADOW_DETAIL
+}
+
+impl From<Strategy> for windfall_papers::Strategy {
+    fn from(strategy: Strategy) -> Self {
+        match strategy {
+            Strategy::Vertex => Self::Vertex,
+            Strategy::Fragment => Self::Fragment,
+            Strategy::VertexBuffer => Self::VertexBuffer,
+            Strategy::Compute => Self::Compute,
+        }
+    }
+}
+
+impl Elimination {
+    /// As the renderer takes it: [`Elimination::Progressive`] tests `per_frame` leaves in a frame.
+    pub fn testing(self, per_frame: u32) -> windfall_papers::Elimination {
+        match self {
+            Self::Off => windfall_papers::Elimination::Off,
+            Self::Progressive => windfall_papers::Elimination::Progressive { per_frame },
+            Self::Scheduled => windfall_papers::Elimination::Scheduled,
+        }
+    }
+}
+
+impl From<Culling> for windfall_gpu::Culling {
+    fn from(culling: Culling) -> Self {
+        match culling {
+            Culling::Off => Self::Off,
+            Culling::ClipSpace => Self::ClipSpace,
+            Culling::Sphere => Self::Sphere,
+            Culling::Occlusion => Self::Occlusion,
+        }
+    }
+}
+
+impl From<QualityPreset> for windfall_gpu::Quality {
+    fn from(preset: QualityPreset) -> Self {
+        match preset {
+            QualityPreset::Low => Self::LOW,
+            QualityPreset::Medium => Self::MEDIUM,
+            QualityPreset::High => Self::HIGH,
+        }
+    }
+}
+
+/// A place in x and z, as the models take it.
+fn on_ground(place: (f64, f64)) -> Vec2 {
+    DVec2::from(place).as_vec2()
 }
 
 fn species(name: &str) -> Species {
@@ -227,25 +289,99 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CameraKey, EventEntry, Scene, named};
+    use crate::{
+        CameraKey, Culling, Elimination, EventEntry, QualityPreset, Scene, Strategy, named,
+    };
     use std::convert::Infallible;
     use windfall_core::forest::Terrain;
-    use windfall_core::simplify::{PruneOrder, visible_areas};
+    use windfall_core::simplify::PruneOrder;
+    use windfall_tree::prepare::visible_areas;
+
+    /// A scene with a camera that moves along x and looks along -z.
+    fn moving(keys: &[(f64, f64)]) -> Scene {
+        let mut scene = named("autumn").unwrap();
+        let key = |&(time, x): &(f64, f64)| CameraKey {
+            time,
+            eye: (x, 2.0, 0.0),
+            target: (x, 2.0, -5.0),
+            fov: 40.0 + time as f32,
+        };
+        scene.camera = keys.iter().map(key).collect();
+        scene
+    }
 
     #[test]
     fn the_camera_passes_through_its_keys_and_stands_still_beyond_them() {
-        let mut scene = named("autumn").unwrap();
-        let key =
-            |time, x| CameraKey { time, eye: (x, 2.0, 0.0), target: (x, 2.0, -5.0), fov: 40.0 + x };
-        scene.camera = vec![key(1.0, 0.0), key(2.0, 4.0), key(4.0, 6.0)];
-        let ground = Terrain::flat();
-        for (time, x) in [(-5.0, 0.0), (1.0, 0.0), (2.0, 4.0), (4.0, 6.0), (99.0, 6.0)] {
-            let camera = scene.view(time, &ground).camera;
-            assert!((camera.eye.x - x).abs() < 1e-5, "{time}: {}", camera.eye);
-            assert!((camera.fov_y.to_degrees() - 40.0 - x).abs() < 1e-3);
+        let scene = moving(&[(1.0, 0.0), (2.0, 4.0), (4.0, 6.0)]);
+        for (time, x, fov) in [
+            (-5.0, 0.0, 41.0),
+            (1.0, 0.0, 41.0),
+            (2.0, 4.0, 42.0),
+            (4.0, 6.0, 44.0),
+            (99.0, 6.0, 44.0),
+        ] {
+            let (eye, target, degrees) = scene.camera_at(time);
+            assert!((eye.x - x).abs() < 1e-9, "{time}: {eye}");
+            assert!((target - eye).abs_diff_eq(glam::DVec3::new(0.0, 0.0, -5.0), 1e-9), "{target}");
+            assert!((degrees - fov).abs() < 1e-4, "{time}: {degrees}");
         }
-        let middle = scene.view(1.5, &ground).camera.eye.x;
+        let middle = scene.camera_at(1.5).0.x;
         assert!((1.0..3.0).contains(&middle), "{middle}");
+    }
+
+    /// The smallest step of `f32` is 8 mm at 100 km, and 62 ms at ten days.
+    #[test]
+    fn the_camera_moves_smoothly_a_hundred_kilometres_away_after_ten_days() {
+        let scene = moving(&[(864_000.0, 99_000.0), (864_001.0, 99_000.001)]);
+        // Two keys, each doubled beyond the ends: x = 1 mm (s + 3 s² - 2 s³) / 2.
+        for (s, millimetres) in [(0.0, 0.0), (0.25, 0.203_125), (0.5, 0.5), (1.0, 1.0)] {
+            let moved = scene.camera_at(864_000.0 + s).0.x - 99_000.0;
+            assert!((moved * 1e3 - millimetres).abs() < 1e-6, "{s}: {moved}");
+        }
+    }
+
+    #[test]
+    fn the_camera_stands_on_the_ground() {
+        let scene = moving(&[(0.0, 30.0)]);
+        let slope = Terrain::slope(glam::Vec2::new(0.5, 0.0), 200.0);
+        let height = f64::from(slope.height(30.0, 0.0));
+        assert!(height > 5.0, "{height}");
+        let view = scene.view(0.0, &slope);
+        assert!((view.camera.eye.y - (height + 2.0)).abs() < 1e-4, "{}", view.camera.eye);
+        assert_eq!(view.time, 0.0);
+    }
+
+    /// Twice: in the renderer for who uses it alone, here for who writes a scene.
+    #[test]
+    fn what_a_scene_leaves_out_is_the_renderers_default() {
+        let scene = named("autumn").unwrap();
+        let per_frame = scene.elimination_per_frame;
+        assert_eq!(windfall_gpu::Culling::from(scene.culling), windfall_gpu::Culling::default());
+        assert_eq!(windfall_gpu::Quality::from(scene.quality), windfall_gpu::Quality::default());
+        let strategy = windfall_papers::Strategy::from(scene.strategy);
+        assert_eq!(strategy, windfall_papers::Strategy::default());
+        let elimination = scene.elimination.testing(per_frame);
+        assert_eq!(elimination, windfall_papers::Elimination::default());
+        let progressive = Elimination::Progressive.testing(per_frame);
+        assert_eq!(progressive, windfall_papers::Elimination::PROGRESSIVE);
+    }
+
+    #[test]
+    fn the_choices_of_a_scene_reach_the_renderer() {
+        let mut scene = named("lone-oak").unwrap();
+        (scene.culling, scene.quality) = (Culling::ClipSpace, QualityPreset::Low);
+        (scene.detail.h, scene.shadow_detail.h) = (0.7, 0.6);
+        let view = scene.view(864_000.001, &Terrain::flat());
+        assert_eq!(view.culling, windfall_gpu::Culling::ClipSpace);
+        assert_eq!(view.quality, windfall_gpu::Quality::LOW);
+        assert_eq!((view.detail.h, view.shadow_detail.h), (0.7, 0.6));
+        assert_eq!(view.time, 864_000.001);
+        (scene.strategy, scene.elimination) = (Strategy::VertexBuffer, Elimination::Progressive);
+        scene.elimination_per_frame = 12;
+        let falls = scene.falls(&[]);
+        assert_eq!(falls.strategy, windfall_papers::Strategy::VertexBuffer);
+        let tested = windfall_papers::Elimination::Progressive { per_frame: 12 };
+        assert_eq!(falls.elimination, tested);
     }
 
     #[test]
@@ -253,13 +389,14 @@ mod tests {
         let mut scene = named("lone-oak").unwrap();
         scene.count = 0;
         let build = |scene: &Scene| scene.build(|_, _| -> Result<_, Infallible> { unreachable!() });
-        let random = build(&scene).unwrap();
-        scene.prune_order = PruneOrder::Importance.to_string();
+        scene.prune_order = PruneOrder::BlueNoise;
+        let spread = build(&scene).unwrap();
+        scene.prune_order = PruneOrder::Importance;
         let sorted = build(&scene).unwrap();
-        for (random, sorted) in random.trees.iter().zip(&sorted.trees) {
-            let [random, sorted] = [random, sorted]
+        for (spread, sorted) in spread.trees.iter().zip(&sorted.trees) {
+            let [spread, sorted] = [spread, sorted]
                 .map(|tree| visible_areas(&tree.foliage).is_sorted_by(|a, b| a >= b));
-            assert!(sorted && !random);
+            assert!(sorted && !spread);
         }
     }
 
@@ -286,5 +423,8 @@ mod tests {
         let mut scene = named("autumn").unwrap();
         (scene.frames, scene.fps) = ((10, 20), 10.0);
         assert_eq!([0, 10, 15, 99].map(|f| scene.frame_time(f)), [1.0, 1.0, 1.5, 2.0]);
+        // Ten days on, at a rate that `f32` has exactly.
+        (scene.frames, scene.fps) = ((0, u32::MAX), 60.0);
+        assert_eq!(scene.frame_time(51_840_001), 864_000.0 + 1.0 / 60.0);
     }
 }

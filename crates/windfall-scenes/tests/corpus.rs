@@ -4,7 +4,10 @@
 
 use std::path::{Path, PathBuf};
 use windfall_core::rng::Rng;
-use windfall_scenes::Scene;
+use windfall_core::simplify::{
+    Fade, FadeBy, FadeRange, Growth, PruneOrder, Reduction, Simplification,
+};
+use windfall_scenes::{Culling, Elimination, QualityPreset, Scene, Strategy};
 
 fn corpus() -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/scene");
@@ -40,7 +43,97 @@ fn read(name: &str, bytes: &[u8]) -> bool {
 fn the_corpus_is_read_or_refused() {
     let good: Vec<String> =
         corpus().into_iter().filter(|(name, bytes)| read(name, bytes)).map(|f| f.0).collect();
-    assert_eq!(good, ["full.ron", "raw-string.ron", "small.ron"]);
+    let expected = [
+        "escaped-culling.ron",
+        "every-option.ron",
+        "full.ron",
+        "old-detail.ron",
+        "raw-string.ron",
+        "small.ron",
+    ];
+    assert_eq!(good, expected);
+}
+
+fn scene(file: &str) -> Scene {
+    let (_, bytes) = corpus().into_iter().find(|(name, _)| name == file).unwrap();
+    Scene::from_ron(std::str::from_utf8(&bytes).unwrap(), file).unwrap()
+}
+
+#[test]
+fn every_option_is_read_as_it_stands_in_the_file() {
+    let scene = scene("every-option.ron");
+    assert_eq!(scene.strategy, Strategy::VertexBuffer);
+    assert_eq!(scene.prune_order, PruneOrder::Importance);
+    assert_eq!(scene.elimination, Elimination::Progressive);
+    assert_eq!((scene.elimination_per_frame, scene.leaf_occlusion), (12, true));
+    assert_eq!((scene.culling, scene.quality), (Culling::ClipSpace, QualityPreset::Low));
+    assert_eq!((scene.time, scene.events[0].time), (864_000.001, 864_000.002));
+    assert_eq!(scene.keep_out[0].from, (-99_999.000_1, 1.0));
+    assert_eq!(scene.camera[0].eye, (99_999.000_2, 1.0, 2.0));
+    assert_eq!(scene.camera[0].target, (3.0, 4.0, 99_999.000_3));
+    let detail = Simplification {
+        reduction: Reduction::ProjectedArea { b0: 900.0 },
+        h: 0.7,
+        area_preservation: false,
+        growth: Growth { factor: f32::INFINITY, pixels: 3.0 },
+        color_contrast: false,
+        shading_contrast: false,
+        mean_cosine: Some(0.63),
+        contrast_pixels: None,
+        fade: Fade {
+            by: FadeBy::Opacity,
+            range: FadeRange::Quadratic(0.1),
+            full_at_one: false,
+            early: true,
+            smooth: true,
+        },
+        wood_pixels: 2.0,
+        leaf_pixels: 9.0,
+    };
+    assert_eq!(scene.detail, detail);
+    let shadow_detail = Simplification {
+        reduction: Reduction::Distance { d0: 12.0 },
+        h: 0.6,
+        growth: Growth { factor: 1.75, pixels: f32::INFINITY },
+        mean_cosine: Some(0.5),
+        contrast_pixels: Some(2.0),
+        fade: Fade { range: FadeRange::Constant(0.1), ..detail.fade },
+        wood_pixels: 0.0,
+        leaf_pixels: 6.0,
+        ..detail
+    };
+    assert_eq!(scene.shadow_detail, shadow_detail);
+}
+
+/// An option that is new has to be in `every-option.ron`, with another value than by default.
+#[test]
+fn every_option_survives_writing_and_reading() {
+    let every = scene("every-option.ron");
+    let written = every.to_ron();
+    assert_eq!(Scene::from_ron(&written, "again"), Ok(every));
+    // Nor is any of its values what a scene has that leaves it out.
+    let by_default = scene("small.ron").to_ron();
+    let values = |text: &str| -> Vec<String> {
+        let value = |line: &&str| line.contains(": ") && !line.ends_with(['(', '[']);
+        text.lines().filter(value).map(str::to_owned).collect()
+    };
+    let by_default = values(&by_default);
+    let values = values(&written);
+    assert!(values.len() > 80, "{written}");
+    let same: Vec<&String> = values.iter().filter(|line| by_default.contains(line)).collect();
+    assert_eq!(same, ["    version: 1,"]);
+}
+
+/// Files that were written before the options had their present types.
+#[test]
+fn old_spellings_are_read() {
+    let old = scene("old-detail.ron");
+    let reduction = Reduction::ProjectedArea { b0: 900.0 };
+    let growth = Growth { factor: f32::INFINITY, ..Growth::default() };
+    let fade = Fade { range: FadeRange::Constant(0.1), ..Fade::default() };
+    assert_eq!(old.detail, Simplification { reduction, growth, fade, ..Simplification::DEFAULT });
+    let escaped = scene("escaped-culling.ron");
+    assert_eq!((escaped.culling, escaped.quality), (Culling::Sphere, QualityPreset::Medium));
 }
 
 #[test]
@@ -49,7 +142,7 @@ fn bent_scenes_are_read_or_refused() {
     let corpus = corpus();
     let below = |rng: &mut Rng, end: usize| ((rng.unit() * end as f32) as usize).min(end - 1);
     let mut good = 0;
-    for (name, bytes) in corpus.iter().filter(|f| (1..2000).contains(&f.1.len())) {
+    for (name, bytes) in corpus.iter().filter(|f| (1..3000).contains(&f.1.len())) {
         for _ in 0..400 {
             let mut bent = bytes.clone();
             let at = below(&mut rng, bent.len());

@@ -265,5 +265,5 @@ fn save(out: &Path, set: &PathSet) -> Result<()> {
 }
 
 fn write(out: &Path, bytes: &[u8]) -> Result<()> {
-    crate::output::write_whole(out, |file| Ok(file.write_all(bytes)?))
+    windfall_host::file::write_atomic(out, |file| Ok(file.write_all(bytes)?))
 }

@@ -1,20 +1,15 @@
 //! The leaves of a tree: one list in prune order, in which a leaf keeps its identity from twig to
 //! litter.
 
-mod mask;
-mod mesh;
-mod pieces;
-mod shapes;
+mod shading;
+mod visibility;
 
-pub use mask::Holes;
-pub(crate) use mask::Mask;
-pub(crate) use mesh::Mesh;
-pub(crate) use pieces::pieces;
-pub(crate) use shapes::Shaper;
+pub use crate::material::Holes;
+pub use shading::Shading;
+pub use visibility::{Visibility, area_scale, share_for};
 
+use crate::material::Material;
 use crate::rng::{Rng, hash, unit};
-use crate::simplify::{Shading, Visibility, openness};
-use crate::tree::Material;
 use glam::{Quat, Vec2, Vec3};
 
 /// All leaves of a tree model.
@@ -35,10 +30,14 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
-    /// What the crown shows of its leaves, in the prune order that they were put in.
+    /// What the crown shows of its leaves, measured in the prune order that they have. Default where the tree has
+    /// not been prepared.
     pub visibility: Visibility,
-    /// What shading draws together towards in simplified trees.
+    /// Mean shading, towards which simplified trees converge. Default where the tree has not been prepared.
     pub shading: Shading,
+    /// For each shape one of two triangles for far trees, or `None` where the shape itself is drawn. Empty where
+    /// the tree has not been prepared.
+    pub simple_shapes: Vec<Option<LeafShape>>,
 }
 
 /// One leaf element: a leaf, or a card with a twig of leaves.
@@ -57,7 +56,8 @@ pub struct Leaf {
     /// Unit mean of the leaf's own normal and the direction from the crown's centre (Fichtner,
     /// section 4.1).
     pub bent_normal: Vec3,
-    /// Ambient light that reaches the leaf through the crown, `0..=1` (Vázquez & Balsa, 7.1).
+    /// Ambient light that reaches the leaf through the crown, `0..=1` (Vázquez & Balsa, 7.1); 1 where the tree has
+    /// not been prepared.
     pub ambient: f32,
     /// Place of the leaf in [`Foliage::shed_order`].
     pub shed_rank: u32,
@@ -130,10 +130,11 @@ impl LeafShape {
 }
 
 impl Foliage {
-    /// Puts leaves together into a foliage: finds the crown's centre and the share of a leaf in what
-    /// is seen of it, bends the normals, and makes the prune order (random, Fichtner 3.2) and the
-    /// shed order, and finds how open to the sky each leaf is. `ambient` is overwritten; `bent_normal`
-    /// is read as the leaf's own normal; `shed_rank` is overwritten.
+    /// Assembles a foliage: finds the crown's centre, bends the normals, and makes the prune order (random,
+    /// Fichtner 3.2) and the shed order. `bent_normal` is read as the leaf's own normal; `shed_rank` is
+    /// overwritten.
+    ///
+    /// Nothing is measured: `windfall_tree::prepare` does that once the tree is whole.
     pub fn assemble(
         mut leaves: Vec<Leaf>,
         shapes: Vec<LeafShape>,
@@ -163,23 +164,7 @@ impl Foliage {
         for (rank, &leaf) in shed_order.iter().enumerate() {
             leaves[leaf as usize].shed_rank = rank as u32;
         }
-        let mut foliage = Self {
-            leaves,
-            shapes,
-            materials,
-            palette,
-            shed_order,
-            crown_center,
-            visibility: Visibility::default(),
-            shading: Shading::default(),
-        };
-        let open = openness(&foliage);
-        for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
-            leaf.ambient = open;
-        }
-        foliage.look();
-        foliage.shading = Shading::of(&foliage);
-        foliage
+        Self { leaves, shapes, materials, palette, shed_order, crown_center, ..Self::default() }
     }
 
     /// Mean length of a leaf, metres: twice the radius of its shape; 0 without leaves.
@@ -223,9 +208,13 @@ impl Foliage {
         self.leaves.iter().map(of).sum::<f32>() / self.leaves.len().max(1) as f32
     }
 
-    /// Looks at the crown, for `visibility`.
-    pub(crate) fn look(&mut self) {
-        self.visibility = Visibility::of(self);
+    /// Keeps the first leaves in prune order, as many as `count`, in the shed order that they had.
+    pub fn truncate(&mut self, count: usize) {
+        self.leaves.truncate(count);
+        self.shed_order.retain(|&leaf| (leaf as usize) < count);
+        for (rank, &leaf) in self.shed_order.iter().enumerate() {
+            self.leaves[leaf as usize].shed_rank = rank as u32;
+        }
     }
 
     /// Half of the box about [`Self::crown_center`] that holds all leaves' centres, metres; above 0.
@@ -244,7 +233,8 @@ impl Foliage {
         self.leaves.iter().map(|l| self.shapes[l.shape as usize].positions.len()).sum()
     }
 
-    pub(crate) fn scale_positions(&mut self, factor: f32) {
+    /// Scales the crown about the origin.
+    pub fn scale(&mut self, factor: f32) {
         for leaf in &mut self.leaves {
             leaf.center *= factor;
             leaf.scale *= factor;
@@ -252,10 +242,102 @@ impl Foliage {
         self.crown_center *= factor;
     }
 
-    pub(crate) fn translate(&mut self, by: Vec3) {
+    /// Moves the crown.
+    pub fn translate(&mut self, by: Vec3) {
         for leaf in &mut self.leaves {
             leaf.center += by;
         }
         self.crown_center += by;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{Image, Surface};
+
+    /// Leaves at these places that share a square of one metre, upright, facing +Z.
+    fn squares(centers: &[Vec3]) -> Foliage {
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
+        let shape = LeafShape {
+            positions: corners.map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),
+            normals: vec![Vec3::Y; 4],
+            uvs: corners.map(|(x, z)| Vec2::new(x + 0.5, z + 0.5)).to_vec(),
+            indices: vec![0, 2, 1, 0, 3, 2],
+        };
+        let leaf = |&center: &Vec3| Leaf {
+            center,
+            orientation: Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+            scale: 1.0,
+            shape: 0,
+            material: 0,
+            bent_normal: Vec3::Z,
+            ambient: 1.0,
+            shed_rank: 0,
+        };
+        let leaves = centers.iter().map(leaf).collect();
+        Foliage::assemble(leaves, vec![shape], Vec::new(), None, 3)
+    }
+
+    #[test]
+    fn leaves_show_half_of_their_area_in_the_mean() {
+        let mut foliage = squares(&[Vec3::ZERO, Vec3::X]);
+        foliage.leaves[1].scale = 2.0;
+        // Of 1 and 4 square metres; diagonals of 1.41 and 2.83 m.
+        assert!((foliage.leaf_side() - 1.25f32.sqrt()).abs() < 1e-6);
+        assert!((foliage.leaf_length() - 1.5 * 2f32.sqrt()).abs() < 1e-6);
+        assert_eq!([Foliage::default().leaf_side(), Foliage::default().leaf_length()], [0.0; 2]);
+    }
+
+    #[test]
+    fn holes_are_those_of_the_part_of_the_texture_that_leaves_have() {
+        let mut foliage = squares(&[Vec3::ZERO]);
+        // The left quarter of the texture is there.
+        let rgba = [255, 255, 255, 255].iter().chain(&[0; 12]).copied().collect();
+        foliage.materials = vec![Material {
+            name: String::new(),
+            base_color: Vec3::ONE,
+            roughness: 1.0,
+            alpha_cutoff: Some(0.5),
+            surface: Surface::Texture(Image { width: 4, height: 1, rgba }, false),
+        }];
+        assert_eq!(foliage.holes(), Holes { solid: 0.25, piece: 0.5 });
+        foliage.shapes[0].uvs.iter_mut().for_each(|uv| uv.x *= 0.5);
+        assert_eq!(foliage.holes(), Holes { solid: 0.5, piece: 0.5f32.sqrt() });
+        foliage.materials[0].alpha_cutoff = None;
+        assert_eq!(foliage.holes(), Holes::NONE);
+    }
+
+    #[test]
+    fn a_prefix_sheds_in_the_order_of_the_whole() {
+        let places: Vec<Vec3> =
+            (0..500).map(|i| Vec3::new(0.0, (i % 23) as f32, i as f32)).collect();
+        let whole = squares(&places);
+        let mut few = whole.clone();
+        few.truncate(60);
+        assert_eq!(few.leaves.len(), 60);
+        assert!(few.leaves.iter().zip(&whole.leaves).all(|(a, b)| a.center == b.center));
+        let mut of_whole = whole.shed_order.clone();
+        of_whole.retain(|&leaf| leaf < 60);
+        assert_eq!(few.shed_order, of_whole);
+        assert_ne!(few.shed_order, (0..60).collect::<Vec<u32>>());
+        assert!(
+            (0..60).all(|rank| few.leaves[few.shed_order[rank] as usize].shed_rank == rank as u32)
+        );
+        few.truncate(1000);
+        assert_eq!(few.leaves.len(), 60);
+    }
+
+    #[test]
+    fn the_top_of_a_crown_sheds_before_its_foot() {
+        let places: Vec<Vec3> = (0..2000).map(|i| Vec3::Y * (i % 100) as f32).collect();
+        let foliage = squares(&places);
+        let mean = |leaves: &[u32]| {
+            let height = |&leaf: &u32| foliage.leaves[leaf as usize].center.y;
+            leaves.iter().map(height).sum::<f32>() / leaves.len() as f32
+        };
+        let [early, late] = [&foliage.shed_order[..1000], &foliage.shed_order[1000..]].map(mean);
+        // The key is chance in 0..1 less 0.35 times the height over the span.
+        assert!(early > late + 10.0, "{early} {late}");
     }
 }

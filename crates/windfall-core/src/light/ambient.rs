@@ -10,6 +10,19 @@ use std::f32::consts::{PI, TAU};
 pub struct Ambient(pub [Vec3; 9]);
 
 impl Ambient {
+    /// Rings of equal height of the directions of [`Ambient::project`]; each has twice as many
+    /// directions as there are rings.
+    pub const RINGS: u32 = 24;
+
+    /// Squares of the harmonics' constants, times the cosine's share of each order: π, 2π/3, π/4;
+    /// over π. What [`Ambient::project`] multiplies the integrals of radiance times
+    /// [`Ambient::basis`] by.
+    pub const FACTORS: [f32; 9] = {
+        let (first, second) = (3.0 / (4.0 * PI) * (2.0 / 3.0), 15.0 / (4.0 * PI) * 0.25);
+        let zonal = 5.0 / (16.0 * PI) * 0.25;
+        [1.0 / (4.0 * PI), first, first, first, second, second, zonal, second, second * 0.25]
+    };
+
     /// 1, y, z, x, xy, yz, 3z² - 1, xz, x² - y² of a unit vector; the constants of the harmonics are
     /// in the colours.
     pub fn basis(n: Vec3) -> [f32; 9] {
@@ -29,14 +42,13 @@ impl Ambient {
     /// Of surroundings with this radiance towards each direction, by the midpoint rule over 24 x 48
     /// equal solid angles.
     pub fn project(radiance: impl Fn(Vec3) -> Vec3) -> Self {
-        const RINGS: u32 = 24;
         let mut sums = [Vec3::ZERO; 9];
-        let solid_angle = 4.0 * PI / (2 * RINGS * RINGS) as f32;
-        for i in 0..RINGS {
-            let y = 1.0 - (2 * i + 1) as f32 / RINGS as f32;
+        let solid_angle = 4.0 * PI / (2 * Self::RINGS * Self::RINGS) as f32;
+        for i in 0..Self::RINGS {
+            let y = 1.0 - (2 * i + 1) as f32 / Self::RINGS as f32;
             let across = (1.0 - y * y).max(0.0).sqrt();
-            for j in 0..2 * RINGS {
-                let (sin, cos) = (TAU * (j as f32 + 0.5) / (2 * RINGS) as f32).sin_cos();
+            for j in 0..2 * Self::RINGS {
+                let (sin, cos) = (TAU * (j as f32 + 0.5) / (2 * Self::RINGS) as f32).sin_cos();
                 let direction = Vec3::new(across * cos, y, across * sin);
                 let light = radiance(direction) * solid_angle;
                 for (sum, b) in sums.iter_mut().zip(Self::basis(direction)) {
@@ -44,13 +56,7 @@ impl Ambient {
                 }
             }
         }
-        // Squares of the harmonics' constants, times the cosine's share of each order: π, 2π/3, π/4;
-        // over π.
-        let (first, second) = (3.0 / (4.0 * PI) * (2.0 / 3.0), 15.0 / (4.0 * PI) * 0.25);
-        let zonal = 5.0 / (16.0 * PI) * 0.25;
-        let factors =
-            [1.0 / (4.0 * PI), first, first, first, second, second, zonal, second, second * 0.25];
-        for (sum, factor) in sums.iter_mut().zip(factors) {
+        for (sum, factor) in sums.iter_mut().zip(Self::FACTORS) {
             *sum *= factor;
         }
         Self(sums)

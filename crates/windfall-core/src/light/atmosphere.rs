@@ -11,23 +11,49 @@ use std::f32::consts::PI;
 /// Irradiance of the sun outside of the atmosphere, in every channel: white.
 pub const SOLAR: f32 = 13.5;
 
-/// Radii of the ground and of the top of the air, kilometres.
-const GROUND: f32 = 6360.0;
-const TOP: f32 = 6460.0;
+/// Radius of the ground, kilometres.
+pub const GROUND: f32 = 6360.0;
+/// Radius of the top of the air, kilometres.
+pub const TOP: f32 = 6460.0;
 /// Scattering by air at sea level, 1/km, at 680, 550 and 440 nm (Hillaire 2020, table 1).
-const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
-const RAYLEIGH_HEIGHT: f32 = 8.0;
-/// Absorption by ozone at 25 km, 1/km.
-const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
-const MIE_HEIGHT: f32 = 1.2;
+pub const RAYLEIGH: Vec3 = Vec3::new(5.802e-3, 13.558e-3, 33.1e-3);
+/// Height over which the air thins by a factor e, kilometres.
+pub const RAYLEIGH_HEIGHT: f32 = 8.0;
+/// Absorption by ozone at [`OZONE_HEIGHT`], 1/km.
+pub const OZONE: Vec3 = Vec3::new(0.650e-3, 1.881e-3, 0.085e-3);
+/// Height of the most ozone, kilometres.
+pub const OZONE_HEIGHT: f32 = 25.0;
+/// Distance above and below it at which there is none, kilometres.
+pub const OZONE_REACH: f32 = 15.0;
+/// Height over which haze thins by a factor e, kilometres.
+pub const MIE_HEIGHT: f32 = 1.2;
 /// Share of the haze's extinction that is scattering.
-const MIE_ALBEDO: f32 = 0.9;
+pub const MIE_ALBEDO: f32 = 0.9;
 /// Asymmetry of the haze's phase function.
-const MIE_FORWARD: f32 = 0.8;
+pub const MIE_FORWARD: f32 = 0.8;
 /// Reflectance of the ground, for light that comes back from it.
-const SOIL: f32 = 0.2;
+pub const SOIL: f32 = 0.2;
 /// Height of the observer, kilometres.
-const EYE: f32 = 0.1;
+pub const EYE: f32 = 0.1;
+/// Smallest sine of the sun's height above the horizon, for its own irradiance.
+pub const LOWEST_SUN: f32 = 1e-3;
+/// Smallest sine of a view's height above the horizon.
+pub const LOWEST_VIEW: f32 = 1e-4;
+
+/// Columns (cosines of the sun) and rows (heights) of the table of transmittance.
+pub const TRANSMITTANCE_SIZE: [usize; 2] = [64, 24];
+/// Steps of a ray of transmittance.
+pub const TRANSMITTANCE_STEPS: u32 = 40;
+/// Columns (cosines of the sun) and rows (heights) of the table of multiple scattering.
+pub const MULTIPLE_SIZE: [usize; 2] = [20, 10];
+/// Heights of the rays of multiple scattering, and azimuths at each.
+pub const MULTIPLE_SQRT_RAYS: u32 = 6;
+/// Steps of a ray of multiple scattering.
+pub const MULTIPLE_STEPS: u32 = 16;
+/// Smallest share of light that leaves the air at once, in the series of multiple scattering.
+pub const MULTIPLE_LEAST: f32 = 0.05;
+/// Steps of a ray of [`SkyTable`].
+pub const SKY_STEPS: u32 = 32;
 
 /// The air of a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,29 +77,32 @@ struct Medium {
 }
 
 impl Atmosphere {
-    fn medium(self, height: f32) -> Medium {
-        let rayleigh = RAYLEIGH * (-height / RAYLEIGH_HEIGHT).exp();
+    /// Extinction by haze at sea level, 1/km.
+    pub fn haze(self) -> f32 {
         // Turbidity compares optical depths at 550 nm.
         let turbidity = if self.turbidity.is_nan() { 1.0 } else { self.turbidity.clamp(1.0, 10.0) };
-        let depth = (turbidity - 1.0) * RAYLEIGH.y * RAYLEIGH_HEIGHT;
-        let haze = depth / MIE_HEIGHT * (-height / MIE_HEIGHT).exp();
-        let ozone = OZONE * (1.0 - (height - 25.0).abs() / 15.0).max(0.0);
+        (turbidity - 1.0) * RAYLEIGH.y * RAYLEIGH_HEIGHT / MIE_HEIGHT
+    }
+
+    fn medium(self, height: f32) -> Medium {
+        let rayleigh = RAYLEIGH * (-height / RAYLEIGH_HEIGHT).exp();
+        let haze = self.haze() * (-height / MIE_HEIGHT).exp();
+        let ozone = OZONE * (1.0 - (height - OZONE_HEIGHT).abs() / OZONE_REACH).max(0.0);
         Medium { rayleigh, mie: haze * MIE_ALBEDO, extinction: rayleigh + haze + ozone }
     }
 
     /// Share of the light that passes from `radius` to the top of the air, at a cosine with the
     /// vertical; nothing where the ground is in the way.
     fn transmittance(self, radius: f32, cosine: f32) -> Vec3 {
-        const STEPS: u32 = 40;
         if ground_ahead(radius, cosine) {
             return Vec3::ZERO;
         }
         let length = distance_to(TOP, radius, cosine);
         let mut depth = Vec3::ZERO;
         let mut before = 0.0;
-        for i in 0..STEPS {
+        for i in 0..TRANSMITTANCE_STEPS {
             // Steps grow along the way: the air is dense at its beginning.
-            let after = length * ((i + 1) as f32 / STEPS as f32).powi(2);
+            let after = length * ((i + 1) as f32 / TRANSMITTANCE_STEPS as f32).powi(2);
             let (height, _) = along(radius, cosine, 0.5 * (before + after));
             depth += self.medium(height).extinction * (after - before);
             before = after;
@@ -111,7 +140,7 @@ struct Table {
 }
 
 impl Table {
-    fn new(columns: usize, rows: usize, value: impl Fn(f32, f32) -> Vec3) -> Self {
+    fn new([columns, rows]: [usize; 2], value: impl Fn(f32, f32) -> Vec3) -> Self {
         let mut values = Vec::with_capacity(columns * rows);
         for j in 0..rows {
             let h = (j as f32 / (rows - 1) as f32).powi(2) * (TOP - GROUND);
@@ -211,8 +240,8 @@ impl Scattering {
 
     /// All orders above the first, as radiance for a sun of irradiance 1 (equations 5 to 10).
     fn multiple(&self) -> Table {
-        const SQRT_RAYS: u32 = 6;
-        Table::new(20, 10, |height, sun| {
+        const SQRT_RAYS: u32 = MULTIPLE_SQRT_RAYS;
+        Table::new(MULTIPLE_SIZE, |height, sun| {
             let (mut second, mut share) = (Vec3::ZERO, Vec3::ZERO);
             let across = (1.0 - sun * sun).max(0.0).sqrt();
             for i in 0..SQRT_RAYS {
@@ -221,13 +250,14 @@ impl Scattering {
                 for j in 0..SQRT_RAYS {
                     // Half of the circle: it is symmetric.
                     let x = (PI * (j as f32 + 0.5) / SQRT_RAYS as f32).cos();
-                    let ray = self.ray(height, y, sun, y * sun + flat * across * x, 16, None);
+                    let ray =
+                        self.ray(height, y, sun, y * sun + flat * across * x, MULTIPLE_STEPS, None);
                     second += ray.radiance;
                     share += ray.share;
                 }
             }
             let rays = (SQRT_RAYS * SQRT_RAYS) as f32;
-            second / rays / (1.0 - share / rays).max(Vec3::splat(0.05))
+            second / rays / (1.0 - share / rays).max(Vec3::splat(MULTIPLE_LEAST))
         })
     }
 }
@@ -256,23 +286,24 @@ impl SkyTable {
 
     fn new(air: Atmosphere, elevation: f32) -> Self {
         let side = Self::SIDE;
-        let transmitted = Table::new(64, 24, |h, cosine| air.transmittance(GROUND + h, cosine));
+        let transmitted =
+            Table::new(TRANSMITTANCE_SIZE, |h, cosine| air.transmittance(GROUND + h, cosine));
         let scattering = Scattering { air, sun: transmitted };
         let multiple = scattering.multiple();
         let (sin, cos) = elevation.sin_cos();
         let mut radiance = Vec::with_capacity(side * side);
         for j in 0..side {
             let v = j as f32 / (side - 1) as f32;
-            let y = (v * v).clamp(1e-4, 1.0);
+            let y = (v * v).clamp(LOWEST_VIEW, 1.0);
             let flat = (1.0 - y * y).max(0.0).sqrt();
             for i in 0..side {
                 let u = i as f32 / (side - 1) as f32;
                 let towards = (y * sin + flat * cos * (1.0 - 2.0 * u * u)).clamp(-1.0, 1.0);
-                let ray = scattering.ray(EYE, y, sin, towards, 32, Some(&multiple));
+                let ray = scattering.ray(EYE, y, sin, towards, SKY_STEPS, Some(&multiple));
                 radiance.push(ray.radiance * SOLAR);
             }
         }
-        let sun = air.transmittance(GROUND + EYE, sin.max(1e-3)) * SOLAR;
+        let sun = air.transmittance(GROUND + EYE, sin.max(LOWEST_SUN)) * SOLAR;
         Self { radiance, sun }
     }
 

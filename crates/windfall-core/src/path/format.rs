@@ -1,6 +1,4 @@
-//! Path sets as bytes.
-//!
-//! The binary form, little-endian throughout:
+//! The binary form of path sets, little-endian throughout:
 //!
 //! | bytes | what |
 //! |---|---|
@@ -19,69 +17,28 @@
 //! | 4 × i16 each | quaternions x, y, z, w, in units of 1/32767 |
 //! | u32 each | starting points |
 //! | 4 × u32, 8 × f32 each | joints: from, to, blend, half turn; gaps raw and blended |
-//!
-//! The RON form holds the same under the field names of [`super::Analysis`].
 
 use super::analysis::{Gap, Joint};
-use super::{Analysis, FallPath, MAX_SAMPLES, PathSet};
+use super::{Analysis, FallPath, MAX_SAMPLES, PathSet, Recording};
 use crate::error::{InputError, InputErrorKind};
 use glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
 
-const MAGIC: &[u8; 8] = b"WFPATHS\0";
-const VERSION: u32 = 1;
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileForm {
-    version: u32,
-    paths: Vec<PathForm>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PathForm {
-    name: String,
-    rate: f32,
-    positions: Vec<[f32; 3]>,
-    orientations: Vec<[f32; 4]>,
-    analysis: Analysis,
-}
+/// What a binary path set begins with.
+pub const MAGIC: &[u8; 8] = b"WFPATHS\0";
+/// The version that is read and written.
+pub const VERSION: u32 = 1;
 
 pub(super) fn read(file: &str, bytes: &[u8]) -> Result<PathSet, InputError> {
-    let paths = if bytes.starts_with(MAGIC) {
-        read_binary(file, &bytes[MAGIC.len()..])?
-    } else {
-        read_ron(file, bytes)?
+    let Some(rest) = bytes.strip_prefix(MAGIC) else {
+        let cause = "not a binary path set: it would begin with \"WFPATHS\"";
+        return Err(InputError::new(file, "", InputErrorKind::Malformed, cause));
     };
-    PathSet::new(paths).map_err(|e| InputError { file: file.into(), ..e })
+    PathSet::new(read_paths(file, rest)?).map_err(|e| InputError { file: file.into(), ..e })
 }
 
 fn named(file: &str, index: usize, error: InputError) -> InputError {
     let place = if error.place.is_empty() { String::new() } else { format!(", {}", error.place) };
     InputError { file: file.into(), place: format!("path {index}{place}"), ..error }
-}
-
-fn read_ron(file: &str, bytes: &[u8]) -> Result<Vec<FallPath>, InputError> {
-    let malformed = |place: String, cause: String| {
-        InputError::new(file, place, InputErrorKind::Malformed, cause)
-    };
-    let text = std::str::from_utf8(bytes).map_err(|_| {
-        malformed(String::new(), "neither a binary path set nor text in UTF-8".into())
-    })?;
-    let form: FileForm = ron::from_str(text)
-        .map_err(|e| malformed(e.span.to_string(), format!("not a path set in RON: {}", e.code)))?;
-    check_version(file, form.version)?;
-    form.paths
-        .into_iter()
-        .enumerate()
-        .map(|(i, p)| {
-            let positions = p.positions.into_iter().map(Vec3::from).collect();
-            let orientations = p.orientations.into_iter().map(Quat::from_array).collect();
-            FallPath::with_analysis(p.name, p.rate, positions, orientations, p.analysis)
-                .map_err(|e| named(file, i, e))
-        })
-        .collect()
 }
 
 fn check_version(file: &str, version: u32) -> Result<(), InputError> {
@@ -138,7 +95,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn read_binary(file: &str, bytes: &[u8]) -> Result<Vec<FallPath>, InputError> {
+fn read_paths(file: &str, bytes: &[u8]) -> Result<Vec<FallPath>, InputError> {
     let mut r = Reader { file, rest: bytes };
     check_version(file, r.u32()?)?;
     let count = r.count(20, "paths")?;
@@ -179,7 +136,8 @@ fn read_binary(file: &str, bytes: &[u8]) -> Result<Vec<FallPath>, InputError> {
             analysis.joints.push(Joint { from, to, blend, half_turn, raw, blended });
         }
         paths.push(
-            FallPath::with_analysis(name, rate, positions, orientations, analysis)
+            Recording::new(name, rate, positions, orientations)
+                .and_then(|recording| FallPath::new(recording, analysis))
                 .map_err(|e| named(file, i, e))?,
         );
     }
@@ -227,22 +185,4 @@ pub(super) fn to_bytes(set: &PathSet) -> Vec<u8> {
         }
     }
     out
-}
-
-pub(super) fn to_ron(set: &PathSet) -> String {
-    let paths = set
-        .paths()
-        .iter()
-        .map(|p| PathForm {
-            name: p.name().into(),
-            rate: p.rate(),
-            positions: p.positions().iter().map(Vec3::to_array).collect(),
-            orientations: p.orientations().iter().map(|q| q.to_array()).collect(),
-            analysis: p.analysis().clone(),
-        })
-        .collect();
-    let form = FileForm { version: VERSION, paths };
-    // Plain numbers and strings: nothing in there that RON cannot write.
-    ron::ser::to_string_pretty(&form, ron::ser::PrettyConfig::new().depth_limit(3))
-        .unwrap_or_default()
 }

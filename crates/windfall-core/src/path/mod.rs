@@ -2,9 +2,9 @@
 //!
 //! One short path serves any number of leaves, each with a fall of its own and of any length
 //! (P.-P. Vázquez and M. Balsa, "Rendering Falling Leaves on Graphics Hardware", JVRB 5(2), 2008,
-//! sections 3 and 4; **VB** below). A [`FallPath`] comes from [`crate::flight`] or from a file
-//! ([`import`]); [`analysis`] finds where leaves may start on it and where playback may jump back;
-//! a [`PathSet`] lays several out in flat [`tables`] for playback here and on a GPU; and [`Fall`]
+//! sections 3 and 4; **VB** below). A [`FallPath`] is a [`Recording`] with its [`Analysis`], which says where
+//! leaves may start on it and where playback may jump back; the crate `windfall-flight` simulates, imports and
+//! analyses them. A [`PathSet`] lays several out in flat [`tables`] for playback here and on a GPU; and [`Fall`]
 //! gives the pose of a leaf at any time, in constant time.
 //!
 //! ```
@@ -29,9 +29,7 @@
 //! ```
 
 pub mod analysis;
-pub mod builtin;
 pub mod format;
-pub mod import;
 pub mod landing;
 pub mod playback;
 pub mod tables;
@@ -57,7 +55,7 @@ pub const UNIT_TOLERANCE: f32 = 0.05;
 /// A path must come down by at least this share of the way it goes; leaves come down by half of it.
 pub const MIN_DESCENT: f32 = 0.02;
 
-/// Displacement and orientation of a falling leaf at a fixed rate, with its [`Analysis`].
+/// Displacement and orientation of a falling leaf at a fixed rate, checked and repaired.
 ///
 /// The first displacement is zero (VB 3.3). Orientations turn the leaf's frame (+Y upper side,
 /// +Z petiole to tip) into the world's; each has a positive dot product with the one before, so
@@ -67,16 +65,22 @@ pub const MIN_DESCENT: f32 = 0.02;
 /// turn it by more than half a turn from one sample to the next and show something else. Store
 /// leaves at 60 Hz or more (44° a sample for that disc), samaras at 120 Hz.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FallPath {
+pub struct Recording {
     name: String,
     rate: f32,
     positions: Vec<Vec3>,
     orientations: Vec<Quat>,
+}
+
+/// A [`Recording`] with its [`Analysis`]: a path that leaves can fall by, for any time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FallPath {
+    recording: Recording,
     analysis: Analysis,
 }
 
-impl FallPath {
-    /// Checks samples taken `rate` times a second, repairs what can be repaired, and analyses them.
+impl Recording {
+    /// Checks samples taken `rate` times a second, and repairs what can be repaired.
     ///
     /// Repairs: positions are taken relative to the first; quaternions within 5% of unit length are
     /// normalised and brought to the same hemisphere.
@@ -85,40 +89,16 @@ impl FallPath {
     ///
     /// Fewer than [`MIN_SAMPLES`] or more than [`MAX_SAMPLES`] samples, different counts, a rate
     /// outside `1..=10000` Hz, a NaN or infinity, a displacement beyond 10 km, a quaternion further
-    /// from unit length, a path that ends less than a millimetre or less than [`MIN_DESCENT`] of its
-    /// way below its start, or one of which no part that could be repeated descends. The error's `file` is `name`.
+    /// from unit length, or a path that ends less than a millimetre or less than [`MIN_DESCENT`] of its
+    /// way below its start. The error's `file` is `name`.
     pub fn new(
         name: impl Into<String>,
-        rate: f32,
-        positions: Vec<Vec3>,
-        orientations: Vec<Quat>,
-    ) -> Result<Self, InputError> {
-        let mut path = Self::checked(name.into(), rate, positions, orientations)?;
-        path.analysis = analysis::analyse(&path)?;
-        Ok(path)
-    }
-
-    /// As [`FallPath::new`], but with an analysis that was stored, which is checked instead of made.
-    pub(crate) fn with_analysis(
-        name: String,
-        rate: f32,
-        positions: Vec<Vec3>,
-        orientations: Vec<Quat>,
-        analysis: Analysis,
-    ) -> Result<Self, InputError> {
-        let mut path = Self::checked(name, rate, positions, orientations)?;
-        analysis::check(&path, &analysis)?;
-        path.analysis = analysis;
-        Ok(path)
-    }
-
-    fn checked(
-        name: String,
         rate: f32,
         mut positions: Vec<Vec3>,
         mut orientations: Vec<Quat>,
     ) -> Result<Self, InputError> {
         use InputErrorKind::{Empty, Malformed, NotFinite, OutOfRange};
+        let name = name.into();
         let refuse = |place: String, kind, cause: String| {
             Err(InputError::new(name.clone(), place, kind, cause))
         };
@@ -195,18 +175,12 @@ impl FallPath {
             );
             return refuse(String::new(), OutOfRange, cause);
         }
-        Ok(Self { name, rate, positions, orientations, analysis: Analysis::default() })
+        Ok(Self { name, rate, positions, orientations })
     }
 
     /// Name of the path, for people and for [`PathSet::group`].
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// The same path under another name.
-    pub fn renamed(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
     }
 
     /// Samples per second, hertz.
@@ -222,11 +196,6 @@ impl FallPath {
     /// Unit rotations from the leaf's frame into the world's, as many as positions.
     pub fn orientations(&self) -> &[Quat] {
         &self.orientations
-    }
-
-    /// Starting points and joints.
-    pub fn analysis(&self) -> &Analysis {
-        &self.analysis
     }
 
     /// Time from the first sample to the last, seconds.
@@ -262,5 +231,80 @@ impl FallPath {
 
     fn around(&self, i: usize) -> (usize, usize) {
         (i.saturating_sub(1), (i + 1).min(self.positions.len() - 1))
+    }
+}
+
+impl FallPath {
+    /// Puts a recording and its analysis together.
+    ///
+    /// # Errors
+    ///
+    /// An analysis that is not of this recording: without starting points or joints, or with one that lies outside
+    /// of it, blends over more samples than there are, or does not descend. The error's `file` is the recording's
+    /// name.
+    pub fn new(recording: Recording, analysis: Analysis) -> Result<Self, InputError> {
+        analysis::check(&recording, &analysis)?;
+        Ok(Self { recording, analysis })
+    }
+
+    /// The samples.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// Starting points and joints.
+    pub fn analysis(&self) -> &Analysis {
+        &self.analysis
+    }
+
+    /// Name of the path, for people and for [`PathSet::group`].
+    pub fn name(&self) -> &str {
+        self.recording.name()
+    }
+
+    /// The same path under another name.
+    pub fn renamed(mut self, name: impl Into<String>) -> Self {
+        self.recording.name = name.into();
+        self
+    }
+
+    /// [`Recording::rate`].
+    pub fn rate(&self) -> f32 {
+        self.recording.rate()
+    }
+
+    /// [`Recording::positions`].
+    pub fn positions(&self) -> &[Vec3] {
+        self.recording.positions()
+    }
+
+    /// [`Recording::orientations`].
+    pub fn orientations(&self) -> &[Quat] {
+        self.recording.orientations()
+    }
+
+    /// [`Recording::duration`].
+    pub fn duration(&self) -> f32 {
+        self.recording.duration()
+    }
+
+    /// [`Recording::drop`].
+    pub fn drop(&self) -> f32 {
+        self.recording.drop()
+    }
+
+    /// [`Recording::descent`].
+    pub fn descent(&self) -> f32 {
+        self.recording.descent()
+    }
+
+    /// [`Recording::velocity`].
+    pub fn velocity(&self, i: usize) -> Vec3 {
+        self.recording.velocity(i)
+    }
+
+    /// [`Recording::angular_velocity`].
+    pub fn angular_velocity(&self, i: usize) -> Vec3 {
+        self.recording.angular_velocity(i)
     }
 }

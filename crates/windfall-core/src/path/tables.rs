@@ -5,8 +5,7 @@
 //! "at the end of the texture" as well.) A fall that uses joint `j` reads sample `i` from the path
 //! while `i < j.blend_start`, and from the tail of `j` from there on ([`PathTables::index`]).
 
-use super::analysis::{self, Analysis, Gap};
-use super::{FallPath, format};
+use super::{FallPath, Joint, format};
 use crate::error::{InputError, InputErrorKind};
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
@@ -45,7 +44,7 @@ pub struct PathRecord {
     pub fastest_along: f32,
 }
 
-/// A joint, 32 bytes. See [`analysis::Joint`].
+/// A joint, 32 bytes. See [`Joint`].
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct JointRecord {
@@ -123,6 +122,14 @@ pub struct CurvePoint {
 }
 
 impl PathTables {
+    /// The tables of one path, its positions as they are ([`Self::grain`] 0). They have no groups and no flights:
+    /// for measuring the path's curve.
+    pub fn of_path(path: &FallPath) -> Self {
+        let mut tables = Self::default();
+        tables.push(path);
+        tables
+    }
+
     fn push(&mut self, path: &FallPath) {
         let first_sample = self.samples.len() as u32;
         let positions: Vec<Vec3> = path.positions().iter().map(|p| self.snapped(*p)).collect();
@@ -220,13 +227,7 @@ impl PathTables {
     /// that the two meet at `from`: the lap's displacement stays `path[from] - path[to]`. The last
     /// three are entirely the continuation's, so that the cubic through them has the same velocity
     /// and angular velocity on both sides of the jump.
-    fn push_tail(
-        &mut self,
-        path: &FallPath,
-        positions: &[Vec3],
-        first_sample: u32,
-        joint: &analysis::Joint,
-    ) {
+    fn push_tail(&mut self, path: &FallPath, positions: &[Vec3], first_sample: u32, joint: &Joint) {
         let orientations = path.orientations();
         let (from, to, blend) = (joint.from as usize, joint.to as usize, joint.blend as usize);
         let turn = joint.rotation();
@@ -308,9 +309,9 @@ impl PathTables {
         [i.saturating_sub(1), i, i + 1, i + 2].map(|i| &self.samples[Self::index(path, joint, i)])
     }
 
-    /// Velocity and angular velocity (world) of the curve, per sample, inside the sample after `i`
-    /// at `x` in `0..=1`.
-    fn motion(&self, path: &PathRecord, joint: &JointRecord, i: u32, x: f32) -> (Vec3, Vec3) {
+    /// Velocity (metres) and angular velocity (radians, about the world's axes) of the curve, per sample, between
+    /// samples `i` and `i + 1` at `x` in `0..=1`.
+    pub fn motion(&self, path: &PathRecord, joint: &JointRecord, i: u32, x: f32) -> (Vec3, Vec3) {
         let s = self.around(path, joint, i);
         let (_, q) = combine(&s, weights(x));
         let (v, dq) = combine(&s, weight_rates(x));
@@ -371,29 +372,6 @@ fn weight_rates(x: f32) -> [f32; 4] {
     ]
 }
 
-/// Measures what blending left of the gaps, on the curve itself.
-pub(crate) fn measure_joints(path: &FallPath, analysis: &mut Analysis) {
-    let mut probe = path.clone();
-    probe.analysis = analysis.clone();
-    let mut tables = PathTables::default();
-    tables.push(&probe);
-    let (speed, spin) = analysis::scales(path);
-    let record = tables.paths[0];
-    for (k, joint) in analysis.joints.iter_mut().enumerate() {
-        let j = &tables.joints[k];
-        let turn = joint.rotation();
-        let [a, b] = [j.from, j.to].map(|u| tables.curve(&record, j, u as f32));
-        let (v0, w0) = tables.motion(&record, j, j.from - 1, 1.0);
-        let (v1, w1) = tables.motion(&record, j, j.to, 0.0);
-        joint.blended = Gap {
-            position: (a.position - (b.position + Vec3::from(j.lap))).length(),
-            velocity: (v0 - turn * v1).length() * path.rate() / speed,
-            orientation: analysis::angle(a.orientation, turn * b.orientation),
-            angular_velocity: (w0 - turn * w1).length() * path.rate() / spin,
-        };
-    }
-}
-
 /// Paths that leaves fall by, in named groups: a group for each species, or one for all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathSet {
@@ -443,10 +421,16 @@ impl PathSet {
         Ok(Self { paths: sorted, groups, tables })
     }
 
-    /// The paths that come with the library: a group for each of
-    /// [`crate::flight::presets::ALL`], simulated once and kept in the binary (about 140 KB).
+    /// The paths that come with the library: a group for each built-in species, and `"ash"` and `"samara"`. Simulated
+    /// by `windfall-flight` once and kept in the binary (about 140 KB).
     pub fn builtin() -> Self {
-        super::builtin::load()
+        /// Made by `windfall path simulate --builtin --out crates/windfall-core/assets/paths.bin`; a test of
+        /// `windfall-flight` simulates one of them again.
+        const BYTES: &[u8] = include_bytes!("../../assets/paths.bin");
+        match Self::read("built-in paths", BYTES) {
+            Ok(set) => set,
+            Err(error) => unreachable!("the asset is tested: {error}"),
+        }
     }
 
     /// Number of the group called `name`.
@@ -469,23 +453,19 @@ impl PathSet {
         &self.tables
     }
 
-    /// Reads a path set in binary or RON form; `file` is its name for messages.
+    /// Reads a path set in binary form; `file` is its name for messages. `windfall_flight::read_paths` reads RON as
+    /// well.
     ///
     /// # Errors
     ///
-    /// Bytes that are of neither form, of another version, truncated or followed by more; and
-    /// whatever [`FallPath::new`] refuses.
+    /// Bytes that are not a binary path set, of another version, truncated or followed by more; and
+    /// whatever [`super::Recording::new`] and [`FallPath::new`] refuse.
     pub fn read(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
         format::read(file, bytes)
     }
 
-    /// The binary form: little-endian, orientations to 1/32767. See [`format`](super::format).
+    /// The binary form: little-endian, orientations to 1/32767. See [`mod@format`].
     pub fn to_bytes(&self) -> Vec<u8> {
         format::to_bytes(self)
-    }
-
-    /// The RON form, for people and version control.
-    pub fn to_ron(&self) -> String {
-        format::to_ron(self)
     }
 }

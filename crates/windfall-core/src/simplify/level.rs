@@ -1,7 +1,8 @@
 //! The level of detail of one tree: equations 1 to 6.
 
-use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification, Visibility};
-use crate::foliage::Holes;
+use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification};
+use crate::foliage::Visibility;
+use crate::material::Holes;
 
 /// Samples of a pixel that leaves are drawn with.
 const SAMPLES: f32 = 4.0;
@@ -130,22 +131,6 @@ impl Simplification {
         };
         if self.fade.smooth { f * f * (3.0 - 2.0 * f) } else { f }
     }
-}
-
-/// `s` of equation 3: the factor on the area of those that are left when `lambda` of them are, each
-/// of which shows the share `r` of the whole's visible area. 1 for `λ = 1`; at most `1/r`.
-pub fn area_scale(lambda: f32, r: f32) -> f32 {
-    let (lambda, r) = (f64::from(lambda), f64::from(r.clamp(1e-9, 0.999)));
-    (-((-r).ln_1p() / lambda).exp_m1() / r) as f32
-}
-
-/// The `λ` at which [`area_scale`] is `s`, at most 1; 0 where it never is.
-pub fn share_for(s: f32, r: f32) -> f32 {
-    let (s, r) = (f64::from(s), f64::from(r.clamp(1e-9, 0.999)));
-    if s * r >= 1.0 {
-        return 0.0;
-    }
-    ((-r).ln_1p() / (-r * s).ln_1p()).min(1.0) as f32
 }
 
 /// `α` of equation 4, `0..=1`: what is left of the contrast between leaves of which the share `lambda` is
@@ -299,23 +284,6 @@ mod tests {
             let variance = 12.0 * (squares / rounds - (sum / rounds).powi(2));
             assert!((variance / variance_left(side) - 1.0).abs() < 0.1, "{side}: {variance}");
         }
-    }
-
-    #[test]
-    fn visible_area_is_preserved() {
-        // Elements that cover r of the whole at random leave (1-r)^N of it uncovered; a share λ of
-        // them, s as large, must leave as much: (1 - s r)^(λ N) = (1 - r)^N.
-        for r in [1e-5, 1e-3, 0.05] {
-            for lambda in [1.0, 0.5, 0.06, 0.01] {
-                let s = f64::from(area_scale(lambda, r));
-                let r = f64::from(r);
-                let kept = (-s * r).ln_1p() * f64::from(lambda);
-                assert!((kept / (-r).ln_1p() - 1.0).abs() < 1e-3, "{r} {lambda}: {s}");
-                assert!((share_for(s as f32, r as f32) / lambda - 1.0).abs() < 1e-3);
-            }
-        }
-        assert!((area_scale(1.0, 1e-4) - 1.0).abs() < 1e-6);
-        assert_eq!(share_for(1000.0, 0.01), 0.0);
     }
 
     #[test]

@@ -6,27 +6,23 @@
 //! the reference for the shaders.
 
 mod budget;
-mod film;
 mod level;
-mod nearest;
 mod order;
-mod shading;
 mod shape;
-mod sunlight;
-mod visible;
 mod wood;
 
+pub use crate::foliage::{Shading, Visibility, area_scale, share_for};
 pub use budget::FrameBudget;
-pub use level::{Level, Seen, area_scale, contrast, share_for, variance_left};
+pub use level::{Level, Seen, contrast, variance_left};
 pub use order::{PruneOrder, UnknownPruneOrder};
-pub use shading::Shading;
-pub use shape::{LIT_AT_VERTICES, SIMPLE_BELOW, as_quad, simple_shapes};
-pub use sunlight::SHADE_SPREAD;
-pub use visible::{Visibility, openness, sides, visible_areas};
-pub use wood::{Branch, SimpleWood, WoodLevel};
+pub use shape::{LIT_AT_VERTICES, SHADE_SPREAD, SIMPLE_BELOW, as_quad};
+pub use wood::{Branch, WOOD_FADE, WoodLevel};
+
+use serde::{Deserialize, Serialize};
 
 /// How foliage is simplified.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Simplification {
     /// Where the share `b` of a tree's size in the picture comes from.
     pub reduction: Reduction,
@@ -64,7 +60,8 @@ pub struct Simplification {
 }
 
 /// How the share `b` of a tree's size in the picture is found (SFS, 3.1).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub enum Reduction {
     /// `b = d0²/d²`, equation 1.
     Distance {
@@ -80,7 +77,8 @@ pub enum Reduction {
 
 /// A bound on the growth of leaves, so that none is seen as a balloon. Where a tree would need more,
 /// more of its leaves are drawn instead.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Growth {
     /// Factor on a leaf's length that is always allowed, at least 1; infinity sets no bound.
     pub factor: f32,
@@ -89,7 +87,8 @@ pub struct Growth {
 }
 
 /// How leaves appear and vanish as `λ` changes (SFS, equation 6 and 4.3.3).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Fade {
     /// What fades.
     pub by: FadeBy,
@@ -105,7 +104,7 @@ pub struct Fade {
 }
 
 /// What fades.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum FadeBy {
     /// The leaf's area.
     Size,
@@ -114,7 +113,7 @@ pub enum FadeBy {
 }
 
 /// `R` as a function of `λ` (SFS, 4.3.3), with its constant.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum FadeRange {
     /// `R = c`, as in Cook et al. with `c = 0.1`.
     Constant(f32),

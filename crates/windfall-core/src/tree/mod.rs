@@ -1,15 +1,11 @@
-//! Tree models: wood and leaves, from a file or from a built-in species.
+//! Tree models: wood and leaves, ready to be drawn.
+//!
+//! The crate `windfall-tree` makes them, from files or from built-in species, and prepares them for drawing.
 
-mod export;
-mod import;
-mod inspect;
-pub mod species;
-
-pub use export::{ExportError, export_glb, export_glb_in_prune_order};
-pub use import::{ImportOptions, Resolve, import};
-pub use inspect::{Inspection, TextureInspection};
+pub use crate::material::{Bark, BarkPattern, Image, Material, Surface};
 
 use crate::foliage::Foliage;
+use crate::simplify::{Branch, WoodLevel};
 use glam::{Vec2, Vec3};
 
 /// A tree model. Metres, Y up; the trunk leaves the ground at the origin.
@@ -23,7 +19,7 @@ pub struct Tree {
     pub foliage: Foliage,
 }
 
-/// Trunk and branches: one indexed triangle mesh.
+/// Trunk and branches: one indexed triangle mesh, in levels of detail where the tree has been prepared.
 #[derive(Debug, Clone, Default)]
 pub struct Wood {
     /// Vertices; every index refers to one of them.
@@ -32,6 +28,16 @@ pub struct Wood {
     pub indices: Vec<u32>,
     /// What the vertices' `material` refers to.
     pub materials: Vec<Material>,
+    /// Levels of detail, finest first: the mesh itself with error 0, then each with at most 0.7 times the triangles of
+    /// the one before it and a larger error, down to a few dozen. Empty where the tree has not been prepared: it is
+    /// drawn in full.
+    pub levels: Vec<WoodLevel>,
+    /// The branch that each of the vertices is of; empty where the tree has not been prepared.
+    pub branches: Vec<Branch>,
+    /// Whether all but a hundredth of the surface is of tubes that face outward, open ends or not, so that back
+    /// faces are always hidden. Real exports have mixed winding, and sheets. `false` where the tree has not been
+    /// prepared.
+    pub outward: bool,
 }
 
 /// A vertex of the wood.
@@ -46,75 +52,6 @@ pub struct WoodVertex {
     pub uv: Vec2,
     /// Index into [`Wood::materials`].
     pub material: u32,
-}
-
-/// How a surface looks.
-#[derive(Debug, Clone)]
-pub struct Material {
-    /// Name in the file, or of the species.
-    pub name: String,
-    /// Linear colour that multiplies the surface's own, `0..=1`.
-    pub base_color: Vec3,
-    /// Roughness, `0..=1`.
-    pub roughness: f32,
-    /// Texels whose alpha is below this are holes; `None` draws every texel.
-    pub alpha_cutoff: Option<f32>,
-    /// Where the colour comes from.
-    pub surface: Surface,
-}
-
-/// Where a surface's colour comes from.
-#[derive(Debug, Clone)]
-pub enum Surface {
-    /// The material's base colour alone.
-    Plain,
-    /// A picture, repeated (`true`) or clamped (`false`) beyond its edges.
-    Texture(Image, bool),
-    /// Bark, drawn by the shader.
-    Bark(Bark),
-}
-
-/// Bark without a picture: two colours and a pattern that the shader draws.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bark {
-    /// Linear colour of the ridges.
-    pub ridge: Vec3,
-    /// Linear colour of the grooves, scars or lenticels.
-    pub groove: Vec3,
-    /// Size of the pattern along the branch, metres.
-    pub scale: f32,
-    /// The pattern.
-    pub pattern: BarkPattern,
-}
-
-/// The pattern of a bark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BarkPattern {
-    /// Nearly even: beech.
-    Smooth,
-    /// Long vertical furrows: oak, ginkgo.
-    Furrowed,
-    /// Scales and plates: maple.
-    Plated,
-    /// Pale paper with dark horizontal lenticels and scars: birch, aspen.
-    Papery,
-}
-
-/// A picture: rows from the top, four bytes a pixel, sRGB colour with straight alpha.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Pixels in a row; at least 1.
-    pub width: u32,
-    /// Rows; at least 1.
-    pub height: u32,
-    /// `width * height * 4` bytes.
-    pub rgba: Vec<u8>,
-}
-
-impl std::fmt::Debug for Image {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Image({}x{})", self.width, self.height)
-    }
 }
 
 impl Tree {
@@ -146,12 +83,10 @@ impl Tree {
         }
     }
 
-    /// Scales the whole tree about its foot.
+    /// Scales the whole tree about its foot, levels of detail included.
     pub fn scale(&mut self, factor: f32) {
-        for vertex in &mut self.wood.vertices {
-            vertex.position *= factor;
-        }
-        self.foliage.scale_positions(factor);
+        self.wood.scale(factor);
+        self.foliage.scale(factor);
     }
 
     /// Moves the whole tree.
@@ -170,5 +105,122 @@ impl Tree {
     /// Vertices of wood and leaves together, each leaf counted with its own.
     pub fn vertex_count(&self) -> usize {
         self.wood.vertices.len() + self.foliage.vertex_count()
+    }
+}
+
+impl Wood {
+    /// The wood as one of [`Wood::levels`] is drawn at that level's own error, without levels of its own.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such level.
+    pub fn baked(&self, level: usize) -> Self {
+        let WoodLevel { indices, error } = &self.levels[level];
+        let mut vertices = self.vertices.clone();
+        for (vertex, branch) in vertices.iter_mut().zip(&self.branches) {
+            vertex.position += vertex.normal * branch.widening(*error);
+        }
+        let materials = self.materials.clone();
+        Self { vertices, indices: indices.clone(), materials, ..Self::default() }
+    }
+
+    /// Scales the wood about the origin.
+    fn scale(&mut self, factor: f32) {
+        for vertex in &mut self.vertices {
+            vertex.position *= factor;
+        }
+        for level in &mut self.levels {
+            level.error *= factor;
+        }
+        for branch in &mut self.branches {
+            branch.radius *= factor;
+            // The widest never vanishes, at any size.
+            if branch.vanishes < f32::MAX {
+                branch.vanishes *= factor;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foliage::{Leaf, LeafShape};
+    use glam::Quat;
+
+    /// A trunk of one triangle, 2 m high, and a leaf at its top.
+    fn tree() -> Tree {
+        let vertex = |x: f32, y: f32| WoodVertex {
+            position: Vec3::new(x, y, 0.0),
+            normal: Vec3::Z,
+            uv: Vec2::ZERO,
+            material: 0,
+        };
+        let wood = Wood {
+            vertices: vec![vertex(-0.1, 0.0), vertex(0.1, 0.0), vertex(0.0, 2.0)],
+            indices: vec![0, 1, 2],
+            levels: vec![
+                WoodLevel { indices: vec![0, 1, 2], error: 0.0 },
+                WoodLevel { indices: vec![0, 1, 2], error: 0.05 },
+            ],
+            branches: vec![
+                Branch { radius: 0.1, vanishes: f32::MAX },
+                Branch { radius: 0.01, vanishes: 0.04 },
+                Branch { radius: 0.02, vanishes: 0.8 },
+            ],
+            ..Wood::default()
+        };
+        let leaf = Leaf {
+            center: Vec3::Y * 2.0,
+            orientation: Quat::IDENTITY,
+            scale: 1.0,
+            shape: 0,
+            material: 0,
+            bent_normal: Vec3::Y,
+            ambient: 1.0,
+            shed_rank: 0,
+        };
+        let shape = LeafShape {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Z],
+            normals: vec![Vec3::Y; 3],
+            uvs: vec![Vec2::ZERO; 3],
+            indices: vec![0, 2, 1],
+        };
+        let mut foliage = Foliage::assemble(vec![leaf], vec![shape.clone()], Vec::new(), None, 1);
+        foliage.simple_shapes = vec![Some(shape)];
+        Tree { name: "a".into(), wood, foliage }
+    }
+
+    #[test]
+    fn a_scaled_tree_has_scaled_levels_of_detail() {
+        let (was, mut tree) = (tree(), tree());
+        tree.set_height(6.0);
+        assert!((tree.height() - 6.0).abs() < 1e-5);
+        assert_eq!(tree.wood.vertices[2].position, Vec3::new(0.0, 6.0, 0.0));
+        assert_eq!(tree.wood.levels[1].error, was.wood.levels[1].error * 3.0);
+        assert_eq!(tree.wood.branches[2].radius, was.wood.branches[2].radius * 3.0);
+        assert_eq!(tree.wood.branches[2].vanishes, was.wood.branches[2].vanishes * 3.0);
+        assert_eq!(tree.wood.branches[0].vanishes, f32::MAX, "still never");
+        // Shapes are in units of their own: the leaf's scale has grown.
+        assert_eq!(tree.foliage.simple_shapes, was.foliage.simple_shapes);
+        assert_eq!(tree.foliage.leaves[0].scale, 3.0);
+        // What is drawn from three times as far away is three times what was.
+        for (a, b) in tree.wood.branches.iter().zip(&was.wood.branches) {
+            assert!((a.widening(0.15) - 3.0 * b.widening(0.05)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_level_is_baked_as_it_is_drawn() {
+        let wood = tree().wood;
+        let own = wood.baked(0);
+        assert!(own.indices == wood.indices && own.vertices == wood.vertices);
+        // At 5 cm the trunk stays, the first twig is gone and the second is as wide as that.
+        let moved: Vec<f32> = (wood.baked(1).vertices.iter().zip(&wood.vertices))
+            .map(|(baked, own)| baked.position.z - own.position.z)
+            .collect();
+        for (moved, expected) in moved.iter().zip([0.0, -0.01, 0.03]) {
+            assert!((moved - expected).abs() < 1e-6, "{moved} for {expected}");
+        }
     }
 }

@@ -1,54 +1,48 @@
 //! Grass about the camera.
 
-use super::{
-    Shaders,
-    draw::{Draw, DrawTarget},
-    ground::GroundMesh,
-};
+use crate::base::layouts::Layouts;
+use crate::base::pipeline::{Draw, Target};
+use crate::base::wgsl::{Module, Shaders, compose};
+use crate::scene::ground::GroundMesh;
 
-/// Cells along a side of the square about the camera, rings of such squares, and vertices of a tuft
-/// (`shaders/grass.wgsl`: `SIDE`, `ring`, three times `BLADES`).
+/// Cells along a side of the square about the camera, rings of such squares, and blades of a tuft.
 const SIDE: u32 = 128;
 const RINGS: u32 = 2;
-const VERTICES: u32 = 15;
+const BLADES: u32 = 5;
 
-pub(crate) struct Grass {
+/// The grass's module.
+pub const GRASS: Module = Module {
+    name: "grass",
+    source: |settings| {
+        let numbers = format!("const SIDE: u32 = {SIDE}u;\nconst BLADES: u32 = {BLADES}u;\n");
+        compose(settings, &[&numbers, include_str!("grass.wgsl")])
+    },
+};
+
+/// Draws grass.
+pub struct Grass {
     pipeline: wgpu::RenderPipeline,
-    pub layout: wgpu::BindGroupLayout,
 }
 
 impl Grass {
-    pub fn new(shaders: &Shaders<'_>) -> Self {
-        let layout = shaders.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("grass"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage { read_only: true },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
+    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts, target: Target) -> Self {
         let pipeline = shaders.pipeline(&Draw {
             label: "grass",
-            source: include_str!("../../shaders/grass.wgsl"),
-            groups: &[&layout],
+            module: &GRASS,
+            groups: &[&layouts.frame, &layouts.heights],
             buffers: &[],
             cull: None,
             vertex: "vertex",
             fragment: Some("fragment"),
-            target: DrawTarget::Radiance,
+            target,
             constants: &[],
         });
-        Self { pipeline, layout }
+        Self { pipeline }
     }
 
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, ground: &GroundMesh) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &ground.heights, &[]);
-        pass.draw(0..VERTICES, 0..RINGS * SIDE * SIDE);
+        pass.draw(0..3 * BLADES, 0..RINGS * SIDE * SIDE);
     }
 }

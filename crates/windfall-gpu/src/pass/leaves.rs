@@ -1,24 +1,25 @@
 //! Leaves on their twigs.
 
-use super::{
-    ListedTrees, Shaders,
-    draw::{Draw, DrawTarget},
-    draw_parts, tree_instances,
-};
-use crate::cull::WHOLE_PARTS;
-use crate::forest::GpuForest;
-use crate::model::{LeafVertex, Part};
-use crate::view::View;
+use super::{draw_parts, tree_instances};
+use crate::base::layouts::Layouts;
+use crate::base::pipeline::{Draw, Target};
+use crate::base::wgsl::{Module, Shaders, compose, text};
+use crate::scene::forest::ForestBuffers;
+use crate::scene::leaf_mesh::LeafVertex;
+use crate::scene::model::Part;
+use crate::scene::parts::WHOLE_PARTS;
+use crate::view::lists::TreeLists;
 use windfall_core::simplify::FadeBy;
 
-pub(crate) struct Leaves {
-    radiance: Pipelines,
-    shadow: Pipelines,
-}
+/// The module of leaves, on their twigs and loose.
+pub const LEAVES: Module = Module {
+    name: "leaves",
+    source: |settings| compose(settings, &[text::INSTANCE, include_str!("leaves.wgsl")]),
+};
 
 /// Pipelines of trees that are near, the second where quality has no lighting in pixels, of those less near,
 /// whose leaves are lit at their vertices, of those whose leaves are small, and of simplified trees.
-struct Pipelines {
+pub struct Leaves {
     near: Kinds,
     with_midribs: Kinds,
     at_vertices: Kinds,
@@ -44,116 +45,112 @@ impl Lit {
     }
 }
 
-/// Pipelines for leaves without pictures, with pictures, and with holes in them.
+/// Pipelines for leaves without textures, with textures, and with holes in them.
 type Kinds = [wgpu::RenderPipeline; 3];
 
 fn kind(part: &Part) -> usize {
-    if part.masked { 2 } else { usize::from(part.pictures) }
+    if part.masked { 2 } else { usize::from(part.textured) }
+}
+
+/// What leaves are drawn with.
+#[derive(Debug, Clone, Copy)]
+pub struct LeafStyle {
+    /// How they fade.
+    pub fade: FadeBy,
+    /// Whether large ones are lit in each pixel.
+    pub pixel_lighting: bool,
 }
 
 impl Leaves {
-    pub fn new(shaders: &Shaders<'_>, part_layout: &wgpu::BindGroupLayout) -> Self {
+    /// Pipelines for a target with colours, or one of depth alone.
+    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts, target: Target) -> Self {
         let vertices = wgpu::VertexBufferLayout {
             array_stride: size_of::<LeafVertex>() as u64,
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |far: bool, lit: Lit, vertex, fragment: Option<&'static str>, target| {
+        let pipeline = |far: bool, lit: Lit, vertex, fragment: Option<&'static str>| {
             shaders.pipeline(&Draw {
                 label: fragment.unwrap_or("leaf shadow"),
-                source: include_str!("../../shaders/leaves.wgsl"),
-                groups: &[part_layout],
+                module: &LEAVES,
+                groups: &[&layouts.frame, &layouts.part],
                 buffers: &[vertices.clone(), tree_instances()],
                 cull: None,
                 vertex,
                 fragment,
                 target,
                 constants: &[
-                    ("far", f64::from(u8::from(far))),
+                    ("far", far.into()),
                     ("lit_at_vertices", (lit != Lit::InPixels).into()),
                     ("outlines", lit.outlines().into()),
                     ("midribs", (lit == Lit::WithMidribs).into()),
-                    ("lit", f64::from(u8::from(target == DrawTarget::Radiance))),
+                    ("lit", target.lit().into()),
                 ],
             })
         };
-        let kinds = |far, vertex, solid, masked, target| {
-            let radiance = target == DrawTarget::Radiance;
-            let with_pictures = pipeline(far, Lit::InPixels, vertex, solid, target);
-            let plain = if far && radiance {
-                pipeline(far, Lit::Once, vertex, solid, target)
+        let kinds = |far, vertex, solid, masked| {
+            let textured = pipeline(far, Lit::InPixels, vertex, solid);
+            let plain = if far && target.lit() {
+                pipeline(far, Lit::Once, vertex, solid)
             } else {
-                with_pictures.clone()
+                textured.clone()
             };
-            [plain, with_pictures, pipeline(far, Lit::InPixels, vertex, masked, target)]
+            [plain, textured, pipeline(far, Lit::InPixels, vertex, masked)]
         };
-        let near = kinds(false, "vertex", Some("solid"), Some("masked"), DrawTarget::Radiance);
-        let near_shadow = kinds(false, "vertex", None, Some("masked_shadow"), DrawTarget::Shadow);
+        if !target.lit() {
+            let near = kinds(false, "vertex", None, Some("masked_shadow"));
+            let fade = Some("fade_shadow");
+            return Self {
+                with_midribs: near.clone(),
+                at_vertices: near.clone(),
+                small: near.clone(),
+                near,
+                by_size: kinds(true, "vertex", None, Some("masked_shadow")),
+                by_opacity: kinds(true, "opaque_vertex", fade, fade),
+            };
+        }
+        let near = kinds(false, "vertex", Some("solid"), Some("masked"));
         let [with_midribs, at_vertices, small] = [Lit::WithMidribs, Lit::AtVertices, Lit::Once]
             .map(|lit| {
                 let mut kinds = near.clone();
                 let (vertex, fragment) =
                     if lit.outlines() { ("outline", "lit_outline") } else { ("vertex", "solid") };
-                kinds[0] = pipeline(false, lit, vertex, Some(fragment), DrawTarget::Radiance);
+                kinds[0] = pipeline(false, lit, vertex, Some(fragment));
                 kinds
             });
-        let (picture, map) = (DrawTarget::Radiance, DrawTarget::Shadow);
-        let fade = Some("fade_shadow");
         Self {
-            radiance: Pipelines {
-                near,
-                with_midribs,
-                at_vertices,
-                small,
-                by_size: kinds(true, "vertex", Some("solid"), Some("masked"), picture),
-                by_opacity: kinds(
-                    true,
-                    "opaque_vertex",
-                    Some("solid_fade"),
-                    Some("masked_fade"),
-                    picture,
-                ),
-            },
-            shadow: Pipelines {
-                with_midribs: near_shadow.clone(),
-                at_vertices: near_shadow.clone(),
-                small: near_shadow.clone(),
-                near: near_shadow,
-                by_size: kinds(true, "vertex", None, Some("masked_shadow"), map),
-                by_opacity: kinds(true, "opaque_vertex", fade, fade, map),
-            },
+            near,
+            with_midribs,
+            at_vertices,
+            small,
+            by_size: kinds(true, "vertex", Some("solid"), Some("masked")),
+            by_opacity: kinds(true, "opaque_vertex", Some("solid_fade"), Some("masked_fade")),
         }
     }
 
+    /// Draws the leaves of a list of trees.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        forest: &GpuForest,
-        trees: ListedTrees<'_>,
-        view: &View,
-        into: DrawTarget,
+        forest: &ForestBuffers,
+        (lists, list): (&TreeLists, usize),
+        style: LeafStyle,
     ) {
-        let (pipelines, detail) = if into == DrawTarget::Shadow {
-            (&self.shadow, &view.shadow_detail)
-        } else {
-            (&self.radiance, &view.detail)
+        let far = match style.fade {
+            FadeBy::Size => &self.by_size,
+            FadeBy::Opacity => &self.by_opacity,
         };
-        let far = match detail.fade.by {
-            FadeBy::Size => &pipelines.by_size,
-            FadeBy::Opacity => &pipelines.by_opacity,
-        };
-        let near =
-            if view.quality.pixel_lighting { &pipelines.near } else { &pipelines.with_midribs };
+        let near = if style.pixel_lighting { &self.near } else { &self.with_midribs };
         for (pipelines, parts) in [
             (near, 0..1),
-            (&pipelines.at_vertices, 1..2),
-            (&pipelines.small, 2..WHOLE_PARTS),
+            (&self.at_vertices, 1..2),
+            (&self.small, 2..WHOLE_PARTS),
             (far, WHOLE_PARTS..u32::MAX),
         ] {
             draw_parts(
                 pass,
                 forest,
-                trees,
+                (lists, list),
                 |model| &model.leaves,
                 |_, draws| {
                     let at = |part: u32| draws.0.end.min(draws.0.start.saturating_add(part));

@@ -1,62 +1,40 @@
 //! From radiance, sample by sample, to the picture.
 
-use super::{
-    Shaders,
-    draw::{Draw, DrawTarget},
+use crate::base::layouts::Layouts;
+use crate::base::pipeline::{Draw, Target};
+use crate::base::wgsl::{Module, Shaders, compose};
+
+/// The tone map's module.
+pub const TONE_MAP: Module = Module {
+    name: "tone_map",
+    source: |settings| compose(settings, &[include_str!("tone_map.wgsl")]),
 };
 
-pub(crate) struct ToneMap {
+/// Tone maps.
+pub struct ToneMap {
     pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
 }
 
 impl ToneMap {
-    pub fn new(shaders: &Shaders<'_>, format: wgpu::TextureFormat) -> Self {
-        let layout = shaders.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("tone map"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: true,
-                },
-                count: None,
-            }],
-        });
+    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts, format: wgpu::TextureFormat) -> Self {
         let pipeline = shaders.pipeline(&Draw {
             label: "tone map",
-            source: include_str!("../../shaders/tone_map.wgsl"),
-            groups: &[&layout],
+            module: &TONE_MAP,
+            groups: &[&layouts.frame, &layouts.radiance],
             buffers: &[],
             cull: None,
             vertex: "vertex",
             fragment: Some("fragment"),
-            target: DrawTarget::Picture(format),
+            target: Target { color: Some(format), depth: None, samples: 1 },
             constants: &[],
         });
-        Self { pipeline, layout }
+        Self { pipeline }
     }
 
-    pub fn bind_group(
-        &self,
-        device: &wgpu::Device,
-        radiance: &wgpu::TextureView,
-    ) -> wgpu::BindGroup {
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("tone map"),
-            layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(radiance),
-            }],
-        })
-    }
-
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, group: &wgpu::BindGroup) {
+    /// Draws the picture; `radiance` is the group of what was drawn.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, radiance: &wgpu::BindGroup) {
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(1, group, &[]);
+        pass.set_bind_group(1, radiance, &[]);
         pass.draw(0..3, 0..1);
     }
 }

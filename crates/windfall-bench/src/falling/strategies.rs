@@ -1,0 +1,207 @@
+//! Part a: VB's scene with each strategy, elimination and leaf occlusion, over a walk.
+
+use super::workload::{grove, walkthrough};
+use super::{Args, WARM_UP};
+use crate::harness::{FrameMeasurement, Harness};
+use crate::plot::{self, Line};
+use crate::statistics::Quartiles;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use windfall_gpu::{Elimination, Falls, GpuForest, Strategy};
+use windfall_host::device::Gpu;
+
+#[derive(Serialize)]
+pub struct StrategyRow {
+    /// The strategy whose configurations took turns with this one.
+    pub strategy: String,
+    name: String,
+    wall_ms: Quartiles,
+    gpu_ms: Quartiles,
+    /// Over the frame of the same moment with the same leaves on the twigs and none detached.
+    ratio: Quartiles,
+    /// Over the frame of the same moment in which all leaves hang, as VB compare.
+    ratio_to_full: Quartiles,
+    /// `ratio` of the last fifth of the frames over that of the first fifth.
+    drift: f64,
+    /// Leaves in the air and on the ground in the last frame.
+    falling: u64,
+    landed: u64,
+    /// Of those, leaves in the CPU's list.
+    listed: u64,
+    /// Leaf occlusion in the last frame.
+    tested: u32,
+    skipped: u32,
+    /// Medians of the GPU passes, milliseconds.
+    passes_ms: BTreeMap<String, f64>,
+    /// Wall clock of each frame, milliseconds.
+    frames_ms: Vec<f64>,
+}
+
+impl Args {
+    /// The moment of a frame, counted from the first of the warm-up.
+    fn seconds(&self, frame: u32) -> f32 {
+        self.start + (frame * self.stride) as f32 / 30.0
+    }
+}
+
+/// Runs part a.
+pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<Vec<StrategyRow>> {
+    let mut stage = grove();
+    let rate = match args.throw_rate {
+        Some(rate) => {
+            stage.throw(rate, 0.0);
+            rate
+        }
+        None => stage.keep_falling(args.falling),
+    };
+    println!("\n(a) {} leaves of 7 trees, {rate:.0} thrown a second", stage.leaf_count());
+    println!(
+        "{} frames of each from {} s on, in turns; medians (quartiles), ms; wall clock from the \
+         first call to the end of the GPU's work, and timestamps",
+        args.frames, args.start
+    );
+    println!(
+        "cost: over the same trees with the same leaves on their twigs and none that have left them; \
+         over full: over trees that keep all their leaves"
+    );
+    println!(
+        "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
+        "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
+    );
+    let mut rows = Vec::new();
+    // The strategies are measured one after the other, each in turns with its own references: with
+    // many pipelines in use, a driver may evict some of them and compile them again in each frame.
+    for &strategy in &args.strategies {
+        // The references, the trees without detached leaves and in full, use the same strategy:
+        // without compute, a strategy lists trees on the CPU and lights hanging leaves per vertex.
+        let still = Falls { capacity: 0, strategy, ..stage.falls.clone() };
+        let full = Falls { strategy, ..Falls::none() };
+        let mut configurations: Vec<(String, GpuForest)> = vec![
+            ("none moving, none loose".to_owned(), harness.upload(gpu, &stage, &still)),
+            ("none moving, in full".to_owned(), harness.upload(gpu, &stage, &full)),
+        ];
+        for (elimination, leaf_occlusion) in options(strategy, gpu.fragment_stores) {
+            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
+            let name = match strategy {
+                Strategy::Compute => strategy.to_string(),
+                _ => format!("{strategy}, elimination {elimination}"),
+            };
+            let name = if leaf_occlusion { name + ", occlusion" } else { name };
+            configurations.push((name, harness.upload(gpu, &stage, &falls)));
+        }
+        let mut frames: Vec<Vec<_>> = configurations.iter().map(|_| Vec::new()).collect();
+        for frame in 0..WARM_UP + args.frames {
+            let seconds = args.seconds(frame);
+            let view = walkthrough(&stage, seconds);
+            for ((_, forest), measured) in configurations.iter().zip(&mut frames) {
+                if args.stride > 1 {
+                    // The previous frame of the walk, so that the measured frame has the changes
+                    // of one frame and not of `stride` frames.
+                    harness.measure(gpu, forest, &walkthrough(&stage, seconds - 1.0 / 30.0))?;
+                }
+                let measurement = harness.measure(gpu, forest, &view)?;
+                if frame >= WARM_UP {
+                    measured.push(measurement);
+                }
+            }
+        }
+        let [still, full] =
+            [0, 1].map(|k| frames[k].iter().map(|m| m.wall_ms).collect::<Vec<f64>>());
+        rows.extend(configurations.into_iter().zip(&frames).map(|((name, _), measured)| {
+            StrategyRow::new(strategy, name, measured, [&still, &full])
+        }));
+    }
+    Ok(rows)
+}
+
+/// Elimination and leaf occlusion (VB 6.3) that a strategy is measured with.
+fn options(strategy: Strategy, occlusion_supported: bool) -> Vec<(Elimination, bool)> {
+    let mut options = match strategy {
+        Strategy::Compute => vec![(Elimination::Scheduled, false), (Elimination::Scheduled, true)],
+        _ => vec![
+            (Elimination::Scheduled, false),
+            (Elimination::Scheduled, true),
+            (Elimination::PROGRESSIVE, false),
+            (Elimination::Off, false),
+            (Elimination::Off, true),
+        ],
+    };
+    options.retain(|&(_, occlusion)| occlusion_supported || !occlusion);
+    options
+}
+
+impl StrategyRow {
+    /// Summarizes and prints `measured` frames. `still` and `full` are the wall clock of the
+    /// references' frames of the same moments.
+    fn new(
+        strategy: Strategy,
+        name: String,
+        measured: &[FrameMeasurement],
+        [still, full]: [&[f64]; 2],
+    ) -> Self {
+        let wall: Vec<f64> = measured.iter().map(|m| m.wall_ms).collect();
+        let on_gpu: Vec<f64> =
+            measured.iter().filter_map(|m| m.gpu_ms.get("frame").copied()).collect();
+        let over = |of: &[f64]| wall.iter().zip(of).map(|(a, b)| a / b).collect::<Vec<f64>>();
+        let ratios = over(still);
+        let fifth = (ratios.len() / 5).max(1);
+        let drift = Quartiles::of(&ratios[ratios.len() - fifth..]).median
+            / Quartiles::of(&ratios[..fifth]).median;
+        let last = &measured[measured.len() - 1];
+        let (stats, counts) = (&last.stats, &last.counts);
+        let row = Self {
+            strategy: strategy.to_string(),
+            name,
+            wall_ms: Quartiles::of(&wall),
+            gpu_ms: Quartiles::of(&on_gpu),
+            ratio: Quartiles::of(&ratios),
+            ratio_to_full: Quartiles::of(&over(full)),
+            drift,
+            falling: stats.leaves_falling + u64::from(counts.falling),
+            landed: stats.leaves_landed + u64::from(counts.landed),
+            listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            tested: counts.tested,
+            skipped: counts.skipped,
+            passes_ms: pass_medians(measured),
+            frames_ms: wall,
+        };
+        println!(
+            "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
+            row.name,
+            row.wall_ms,
+            row.gpu_ms,
+            row.ratio,
+            row.ratio_to_full,
+            row.drift,
+            row.listed,
+            row.tested,
+            row.skipped
+        );
+        row
+    }
+}
+
+/// Median time of each pass, milliseconds.
+fn pass_medians(measured: &[FrameMeasurement]) -> BTreeMap<String, f64> {
+    let names = measured.iter().flat_map(|m| m.gpu_ms.keys());
+    let median = |name: &String| {
+        let times: Vec<f64> = measured.iter().filter_map(|m| m.gpu_ms.get(name).copied()).collect();
+        Quartiles::of(&times).median
+    };
+    names.map(|name| (name.clone(), median(name))).collect()
+}
+
+/// VB's figure 6: frame times over the walk, of the rows of one strategy.
+pub fn plot(rows: &[StrategyRow], args: &Args) -> anyhow::Result<String> {
+    let lines = rows.iter().map(|row| Line {
+        name: row.name.clone(),
+        points: row
+            .frames_ms
+            .iter()
+            .enumerate()
+            .map(|(i, &ms)| (f64::from(args.seconds(WARM_UP + i as u32)), ms))
+            .collect(),
+    });
+    let title = format!("Frame cost over the walk, {}", rows[0].strategy);
+    plot::lines(&title, "s", "ms", &lines.collect::<Vec<_>>(), false)
+}

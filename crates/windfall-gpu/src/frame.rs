@@ -1,0 +1,525 @@
+//! The frame: its passes in order, and nothing else.
+
+use crate::base::constants::{CASCADES, DebugView, VIEWS};
+use crate::base::shared::{Frame, SkyUniform};
+use crate::base::timing::{TimedPass, Timing};
+use crate::pass::leaves::LeafStyle;
+use crate::renderer::{DepthPasses, Renderer};
+use crate::scene::falls::Counter;
+use crate::scene::forest::{Forest, ForestBuffers, ForestError, Moment};
+use crate::view::camera::ViewError;
+use crate::view::cascades::{self, Cascade};
+use crate::view::culling::Culling;
+use crate::view::description::View;
+use crate::view::light::Light;
+use crate::view::lists::cull_frame;
+use crate::view::state::{FrameGroup, Prepared, ViewBuffers, ViewState};
+use crate::view::targets::PictureTargets;
+use bytemuck::Zeroable;
+use windfall_core::simplify::FadeBy;
+
+/// Where a frame is recorded: the host's queue and encoder.
+///
+/// Uniforms are written through the queue: they count when the host submits next. An encoder that is dropped
+/// leaves nothing wrong behind.
+pub struct Recording<'a> {
+    /// The queue that the encoder will be submitted to.
+    pub queue: &'a wgpu::Queue,
+    /// The encoder.
+    pub encoder: &'a mut wgpu::CommandEncoder,
+    /// What measures passes, if anything.
+    pub timing: Timing<'a>,
+}
+
+impl<'a> Recording<'a> {
+    /// Without measuring anything.
+    pub fn new(queue: &'a wgpu::Queue, encoder: &'a mut wgpu::CommandEncoder) -> Self {
+        Self { queue, encoder, timing: Timing::NONE }
+    }
+}
+
+/// Something that draws into a whole picture beside what Windfall draws: a host's own things, or loose leaves by
+/// another method (`windfall-papers`).
+pub trait Layer {
+    /// Before the passes of the view, whose lists are made.
+    fn prepare(&mut self, recording: &mut Recording<'_>, frame: &LayerFrame<'_>);
+    /// In the pass that draws the scene; group 0 is the frame's.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, frame: &LayerFrame<'_>);
+    /// In the pass of a shadow map, 0 nearest to the camera.
+    fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>, frame: &LayerFrame<'_>, cascade: usize);
+    /// Once depth is finished, before tone mapping; `depth` has the picture's samples.
+    fn finish(
+        &mut self,
+        recording: &mut Recording<'_>,
+        frame: &LayerFrame<'_>,
+        depth: &wgpu::TextureView,
+    ) {
+        let _ = (recording, frame, depth);
+    }
+    /// Whether depth is read after the scene's pass.
+    fn reads_depth(&self) -> bool {
+        false
+    }
+}
+
+/// What a layer sees of a frame.
+#[derive(Clone, Copy)]
+pub struct LayerFrame<'a> {
+    /// The forest.
+    pub forest: &'a Forest,
+    /// The view.
+    pub view: &'a View,
+    /// Group 0.
+    pub group: &'a wgpu::BindGroup,
+    pub(crate) prepared: &'a Prepared,
+    pub(crate) lists: &'a crate::view::lists::TreeLists,
+}
+
+/// A whole picture: where it goes, and what else is drawn into it.
+pub struct Picture<'a> {
+    /// The textures between the passes.
+    pub targets: &'a PictureTargets,
+    /// The picture: of the targets' size and the renderer's format, usage `RENDER_ATTACHMENT`.
+    pub output: &'a wgpu::TextureView,
+    /// Layers, in the order in which they are drawn.
+    pub layers: &'a mut [&'a mut dyn Layer],
+}
+
+impl Renderer {
+    /// Brings a forest to a moment: its changes, then what of its leaves is the same for all views. Once a frame,
+    /// before the views are prepared; in one submission a forest has one moment.
+    ///
+    /// # Errors
+    ///
+    /// [`ForestError::TooManyLeaves`] and [`ForestError::TooManyTrees`], if the forest has outgrown the device.
+    pub fn advance(
+        &self,
+        recording: &mut Recording<'_>,
+        forest: &mut Forest,
+        moment: Moment,
+    ) -> Result<(), ForestError> {
+        if forest.device != self.device {
+            return Err(ForestError::OtherDevice { name: "the forest".to_owned() });
+        }
+        if !moment.time.is_finite() {
+            return Err(ForestError::Number {
+                what: "the time",
+                value: moment.time,
+                wanted: "finite",
+            });
+        }
+        forest.moment = moment;
+        forest.sync(recording.queue)?;
+        let structure = forest.structure();
+        if forest.moment_group.as_ref().is_none_or(|(of, _)| *of != structure) {
+            let scripted = forest.buffers().map(|buffers| self.moment_group(&buffers.scripted));
+            forest.moment_group = scripted.map(|group| (structure, group));
+        }
+        let (Some(buffers), Some((_, group))) = (forest.buffers(), &forest.moment_group) else {
+            return Ok(());
+        };
+        let Recording { queue, encoder, timing } = recording;
+        let loose = &buffers.loose;
+        queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&forest.frame()));
+        let fall = forest.fall_frame(buffers);
+        queue.write_buffer(&loose.uniform, 0, bytemuck::bytes_of(&fall));
+        encoder.clear_buffer(&loose.counters, 0, None);
+        timing.compute_pass(encoder, "find", |pass| {
+            pass.set_bind_group(0, &group.group, &[]);
+            self.falls.find(pass, loose);
+        });
+        loose.copy_count(encoder, Counter::LandingGroups);
+        timing.compute_pass(encoder, "land", |pass| {
+            pass.set_bind_group(0, &group.group, &[]);
+            self.falls.land(pass, loose);
+        });
+        timing.compute_pass(encoder, "pose", |pass| {
+            pass.set_bind_group(0, &group.group, &[]);
+            self.falls.pose(pass, loose);
+        });
+        loose.copy_count(encoder, Counter::ChangeGroups);
+        timing.compute_pass(encoder, "change", |pass| {
+            pass.set_bind_group(0, &group.group, &[]);
+            self.falls.change(pass, loose);
+        });
+        Ok(())
+    }
+
+    /// Records what a view of `width` by `height` pixels needs before it is drawn: the light of the sky, lists of
+    /// trees, loose leaves in view, and with [`crate::Layers::shadows`] the shadow maps. A shadow map of the
+    /// host's is drawn before.
+    ///
+    /// # Errors
+    ///
+    /// [`ViewError`]: a view without pixels, a camera that cannot be, a state of another forest.
+    pub fn prepare(
+        &self,
+        recording: &mut Recording<'_>,
+        forest: &Forest,
+        state: &mut ViewState,
+        view: &View,
+        size: (u32, u32),
+    ) -> Result<(), ViewError> {
+        self.begin(recording, forest, state, view, (size, None))?;
+        self.shadow_maps(recording, forest, state, &[]);
+        self.spread(recording, forest, state);
+        Ok(())
+    }
+
+    /// Draws foliage with colours in the host's pass: wood, leaves on their twigs, in the air and on the ground,
+    /// and the ground, grass and sky if the renderer has them. The pass has the targets of
+    /// [`crate::Options`]; its bind groups, pipeline and buffers are other ones afterwards.
+    ///
+    /// # Errors
+    ///
+    /// [`ViewError::NotAdvanced`] if nothing was prepared, [`ViewError::NoLayer`] for a renderer of pictures.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &Forest,
+        state: &ViewState,
+    ) -> Result<(), ViewError> {
+        if self.picture.is_some() {
+            return Err(ViewError::NoLayer { layer: "a target of the host's (Layers::picture)" });
+        }
+        let (buffers, lists, prepared) = self.prepared(forest, state)?;
+        pass.set_bind_group(0, &state.frame.group, &[]);
+        let mut pass = TimedPass::plain(pass);
+        self.trees(&mut pass, buffers, lists, &prepared.view);
+        pass.part("loose leaves", |pass| self.color.loose.draw(pass, buffers, &lists.loose));
+        self.surroundings(&mut pass, forest, &prepared.view, true);
+        Ok(())
+    }
+
+    /// Draws depth alone of foliage in the host's pass: its shadow map or depth pre-pass. The camera that was
+    /// prepared is the light's.
+    ///
+    /// # Errors
+    ///
+    /// [`ViewError::NotAdvanced`] if nothing was prepared, [`ViewError::NoLayer`] without
+    /// [`crate::Options::depth_only`].
+    pub fn draw_depth(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        forest: &Forest,
+        state: &ViewState,
+    ) -> Result<(), ViewError> {
+        let Some(passes) = &self.depth_only else {
+            return Err(ViewError::NoLayer { layer: "Options::depth_only" });
+        };
+        let (buffers, lists, prepared) = self.prepared(forest, state)?;
+        pass.set_bind_group(0, &state.frame.group, &[]);
+        depth(pass, passes, buffers, lists, 0, prepared.view.detail.fade.by);
+        passes.loose.draw(pass, buffers, &lists.loose);
+        Ok(())
+    }
+
+    /// Records a whole picture: [`Renderer::prepare`], the scene, tone mapping. The forest has been advanced.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Renderer::prepare`], and [`ViewError::NoLayer`] without [`crate::Layers::picture`].
+    pub fn render(
+        &self,
+        recording: &mut Recording<'_>,
+        forest: &Forest,
+        state: &mut ViewState,
+        view: &View,
+        picture: Picture<'_>,
+    ) -> Result<(), ViewError> {
+        let Some(passes) = &self.picture else {
+            return Err(ViewError::NoLayer { layer: "Layers::picture" });
+        };
+        let Picture { targets, output, layers } = picture;
+        let occlusion = view.culling == Culling::Occlusion;
+        let pyramid = occlusion.then_some(&targets.pyramid);
+        self.begin(recording, forest, state, view, ((targets.width, targets.height), pyramid))?;
+        for layer in layers.iter_mut() {
+            layer.prepare(recording, &self.layer_frame(forest, state)?);
+        }
+        self.shadow_maps(recording, forest, state, layers);
+        self.spread(recording, forest, state);
+        let (buffers, lists, _) = self.prepared(forest, state)?;
+        let frame = self.layer_frame(forest, state)?;
+        let group = &state.frame.group;
+        if occlusion {
+            // What the frame before did not hide, and the ground, hide the rest of this frame.
+            let Recording { encoder, timing, .. } = recording;
+            timing.render_pass(encoder, targets.scene("visible before", true, true), |pass| {
+                pass.pass.set_bind_group(0, group, &[]);
+                self.trees(pass, buffers, lists, view);
+                self.ground_of(pass, forest, view);
+            });
+            timing.compute_pass(encoder, "pyramid", |pass| {
+                passes.hiz.build(pass, &targets.pyramid);
+            });
+            targets.pyramid.remember(encoder, &state.frame.buffer);
+            timing.compute_pass(encoder, "cull again", |pass| {
+                pass.set_bind_group(0, group, &[]);
+                self.cull.make_hidden(pass, &lists.lists, &targets.pyramid.group);
+                if let Some(quads) = &lists.quads {
+                    self.color.quads.arrange(pass, quads);
+                }
+            });
+            self.spread(recording, forest, state);
+        }
+        let keep_depth = layers.iter().any(|layer| layer.reads_depth());
+        let Recording { encoder, timing, .. } = recording;
+        timing.render_pass(encoder, targets.scene("forest", !occlusion, keep_depth), |pass| {
+            pass.pass.set_bind_group(0, group, &[]);
+            self.trees(pass, buffers, lists, view);
+            pass.part("loose leaves", |pass| {
+                self.color.loose.draw(pass, buffers, &lists.loose);
+                for layer in layers.iter() {
+                    layer.draw(pass, &frame);
+                }
+            });
+            self.surroundings(pass, forest, view, !occlusion);
+        });
+        for layer in layers.iter_mut() {
+            layer.finish(recording, &frame, &targets.depth);
+        }
+        let Recording { encoder, timing, .. } = recording;
+        timing.render_pass(encoder, PictureTargets::picture(output), |pass| {
+            pass.pass.set_bind_group(0, group, &[]);
+            passes.tone_map.draw(pass.pass, &targets.radiance_group);
+        });
+        Ok(())
+    }
+
+    /// Writes the view's uniforms and makes its lists.
+    fn begin(
+        &self,
+        recording: &mut Recording<'_>,
+        forest: &Forest,
+        state: &mut ViewState,
+        view: &View,
+        (size, pyramid): ((u32, u32), Option<&crate::view::pyramid::Pyramid>),
+    ) -> Result<(), ViewError> {
+        if let Light::Host(light) = &view.light {
+            let cascades = light.shadow.as_ref().map_or(1, |shadow| shadow.cascades.len());
+            if !(1..=CASCADES as usize).contains(&cascades) {
+                return Err(ViewError::Cascades { cascades });
+            }
+        }
+        let eye = view.camera.eye(forest.origin(), size)?;
+        state.fit(forest, view)?;
+        let Recording { queue, encoder, timing } = recording;
+        let mut frame = Frame::zeroed();
+        forest.describe(&mut frame);
+        view.describe(&mut frame, &eye, forest.origin());
+        let cascades = self.cascades(state, view, &eye);
+        if let Some(cascades) = &cascades {
+            cascades::describe(&mut frame, cascades, view.shadows);
+        }
+        let sway = forest.moment.sway && view.quality.sway;
+        frame.sway = f32::from(u8::from(sway));
+        queue.write_buffer(&state.frame.buffer, 0, bytemuck::bytes_of(&frame));
+        if let Some(cascades) = &cascades {
+            for (cascade, group) in cascades.iter().zip(&state.shadow_frames) {
+                let frame = cascade.frame(&frame, &view.shadow_detail);
+                queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&frame));
+            }
+        }
+        if let (Light::Sky(sky, map), Some(of_view)) = (&view.light, &state.sky) {
+            let picture = map.as_ref().map(|map| &map.light);
+            self.sky_light.record(queue, encoder, *timing, of_view, (sky, picture));
+            let at = std::mem::offset_of!(Frame, ambient) as u64;
+            let size = size_of::<SkyUniform>() as u64;
+            encoder.copy_buffer_to_buffer(&of_view.light, 0, &state.frame.buffer, at, size);
+        }
+        let (Some(forest_buffers), Some(buffers)) = (forest.buffers(), &state.buffers) else {
+            return Err(ViewError::NotAdvanced);
+        };
+        let wind_speed = if sway { forest.wind().fastest() } else { 0.0 };
+        let drawn = cascades.as_ref().filter(|_| view.shadows).map_or(&[][..], |c| &c[..]);
+        let mut cull = cull_frame(view, &eye, drawn, forest_buffers, wind_speed);
+        if let Some(pyramid) = pyramid {
+            cull.top_level = pyramid.top_level();
+        } else if view.culling == Culling::Occlusion {
+            cull.lists[0].culling = Culling::Sphere as u32;
+        }
+        let ViewBuffers { lists, quads, loose } = buffers;
+        queue.write_buffer(&lists.uniform, 0, bytemuck::bytes_of(&cull));
+        encoder.clear_buffer(&lists.arguments, lists.tallies_offset(), None);
+        let empty = &forest_buffers.loose.empty_draws;
+        encoder.copy_buffer_to_buffer(empty, 0, &loose.counters, 0, empty.size());
+        let views = if drawn.is_empty() { 1 } else { VIEWS };
+        let pyramid = pyramid.map_or(&state.open_pyramid, |pyramid| &pyramid.group);
+        timing.compute_pass(encoder, "cull", |pass| {
+            pass.set_bind_group(0, &state.frame.group, &[]);
+            self.cull.make(pass, lists, pyramid, views);
+            if let Some(quads) = quads.as_ref().filter(|_| opaque(view)) {
+                self.color.quads.arrange(pass, quads);
+            }
+        });
+        timing.compute_pass(encoder, "gather", |pass| {
+            pass.set_bind_group(0, &state.frame.group, &[]);
+            self.gather.run(pass, &forest_buffers.loose, loose);
+        });
+        state.prepared = Some(Prepared { view: view.clone(), eye, cull, frame, cascades });
+        Ok(())
+    }
+
+    /// The cascades of Windfall's own shadow maps, where the view has them.
+    fn cascades(
+        &self,
+        state: &ViewState,
+        view: &View,
+        eye: &crate::view::camera::Eye,
+    ) -> Option<[Cascade; cascades::CASCADES]> {
+        let of_host = matches!(&view.light, Light::Host(light) if light.shadow.is_some());
+        let own = self.shadows.is_some() && state.shadows.is_some();
+        (own && !of_host && !eye.orthographic)
+            .then(|| cascades::cascades(eye, view.light.sun_direction(), view.quality.shadow_size))
+    }
+
+    /// Draws Windfall's own shadow maps.
+    fn shadow_maps(
+        &self,
+        recording: &mut Recording<'_>,
+        forest: &Forest,
+        state: &ViewState,
+        layers: &[&mut dyn Layer],
+    ) {
+        let (Some(passes), Some(maps)) = (&self.shadows, &state.shadows) else { return };
+        let Ok((buffers, lists, prepared)) = self.prepared(forest, state) else { return };
+        let Some(cascades) = prepared.cascades.as_ref().filter(|_| prepared.view.shadows) else {
+            return;
+        };
+        let Ok(frame) = self.layer_frame(forest, state) else { return };
+        let Recording { encoder, timing, .. } = recording;
+        for (i, cascade) in cascades.iter().enumerate() {
+            let FrameGroup { group, .. } = &state.shadow_frames[i];
+            timing.render_pass(encoder, maps.pass(i), |pass| {
+                let pass = &mut *pass.pass;
+                pass.set_bind_group(0, group, &[]);
+                let size = cascade.size as f32;
+                pass.set_viewport(0.0, 0.0, size, size, 0.0, 1.0);
+                depth(pass, passes, buffers, lists, i + 1, prepared.view.shadow_detail.fade.by);
+                // What lies or falls farther away is too small to shade anything.
+                if i < 2 {
+                    passes.loose.draw(pass, buffers, &lists.loose);
+                    for layer in layers {
+                        layer.draw_shadow(pass, &frame, i);
+                    }
+                }
+            });
+        }
+    }
+
+    /// Places and lights the leaves that are drawn as quads.
+    fn spread(&self, recording: &mut Recording<'_>, forest: &Forest, state: &ViewState) {
+        let Ok((buffers, lists, prepared)) = self.prepared(forest, state) else { return };
+        let Some(quads) = lists.quads.as_ref().filter(|_| opaque(&prepared.view)) else { return };
+        let Recording { encoder, timing, .. } = recording;
+        timing.compute_pass(encoder, "spread", |pass| {
+            pass.set_bind_group(0, &state.frame.group, &[]);
+            self.color.quads.spread(pass, buffers, quads);
+        });
+    }
+
+    /// Wood and the leaves on the twigs.
+    fn trees(
+        &self,
+        pass: &mut TimedPass<'_, '_>,
+        buffers: &ForestBuffers,
+        lists: &ViewBuffers,
+        view: &View,
+    ) {
+        let style =
+            LeafStyle { fade: view.detail.fade.by, pixel_lighting: view.quality.pixel_lighting };
+        if !view.show.leaves_alone() {
+            pass.part("wood", |pass| {
+                self.color.wood.draw(pass, buffers, (&lists.lists, VIEWS as usize));
+            });
+        }
+        pass.part("leaves", |pass| {
+            self.color.leaves.draw(pass, buffers, (&lists.lists, 0), style);
+            if let Some(quads) = lists.quads.as_ref().filter(|_| opaque(view)) {
+                self.color.quads.draw(pass, quads);
+            }
+        });
+    }
+
+    /// Grass, the ground and the sky.
+    fn surroundings(
+        &self,
+        pass: &mut TimedPass<'_, '_>,
+        forest: &Forest,
+        view: &View,
+        ground: bool,
+    ) {
+        if view.show.leaves_alone() {
+            return;
+        }
+        if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass) {
+            pass.part("grass", |pass| grass.draw(pass, &forest.ground));
+        }
+        if ground {
+            self.ground_of(pass, forest, view);
+        }
+        if let Some(sky) = &self.sky {
+            pass.part("sky", |pass| sky.draw(pass));
+        }
+    }
+
+    fn ground_of(&self, pass: &mut TimedPass<'_, '_>, forest: &Forest, view: &View) {
+        if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.leaves_alone()) {
+            pass.part("ground", |pass| ground.draw(pass, &forest.ground));
+        }
+    }
+
+    /// What was prepared of a view.
+    fn prepared<'a>(
+        &self,
+        forest: &'a Forest,
+        state: &'a ViewState,
+    ) -> Result<(&'a ForestBuffers, &'a ViewBuffers, &'a Prepared), ViewError> {
+        match (forest.buffers(), &state.buffers, &state.prepared) {
+            (Some(forest), Some(buffers), Some(prepared)) => Ok((forest, buffers, prepared)),
+            _ => Err(ViewError::NotAdvanced),
+        }
+    }
+
+    fn layer_frame<'a>(
+        &self,
+        forest: &'a Forest,
+        state: &'a ViewState,
+    ) -> Result<LayerFrame<'a>, ViewError> {
+        let (_, lists, prepared) = self.prepared(forest, state)?;
+        Ok(LayerFrame {
+            forest,
+            view: &prepared.view,
+            group: &state.frame.group,
+            prepared,
+            lists: &lists.lists,
+        })
+    }
+}
+
+/// Quads are opaque: leaves that fade by opacity are none.
+fn opaque(view: &View) -> bool {
+    view.detail.fade.by == FadeBy::Size
+}
+
+/// Draws depth of the trees of a view or shadow map.
+fn depth(
+    pass: &mut wgpu::RenderPass<'_>,
+    passes: &DepthPasses,
+    buffers: &ForestBuffers,
+    lists: &ViewBuffers,
+    view: usize,
+    fade: FadeBy,
+) {
+    passes.wood.draw(pass, buffers, (&lists.lists, VIEWS as usize + view));
+    let style = LeafStyle { fade, pixel_lighting: true };
+    passes.leaves.draw(pass, buffers, (&lists.lists, view), style);
+}
+
+impl Moment {
+    /// The moment of a view's picture: swaying, and coloured, as the view wants it.
+    pub fn of(time: f64, view: &View) -> Self {
+        Self { time, sway: view.quality.sway, color_loops: view.show == DebugView::Loops }
+    }
+}

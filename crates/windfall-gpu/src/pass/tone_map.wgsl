@@ -1,0 +1,77 @@
+// From radiance to the picture, as a camera and a screen together do: with more contrast than the
+// scene, since a picture is seen in a dimmer surround than a wood in the sun (the system gamma of ITU-R
+// BT.2100: a power of the luminance, about the grey of a card, which keeps hues). Then what is bright is
+// drawn together by the Khronos PBR neutral curve (2024), without its toe, which takes a surface's Fresnel
+// reflection off and would make the shade of a wood black.
+
+@group(1) @binding(0) var radiance: texture_multisampled_2d<f32>;
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return covering_triangle(index);
+}
+
+const SYSTEM_GAMMA: f32 = 1.2;
+const GREY: f32 = 0.18;
+
+fn system(color: vec3<f32>) -> vec3<f32> {
+    let luminance = max(dot(color, vec3(0.2126, 0.7152, 0.0722)), 1e-6);
+    return color * pow(luminance / GREY, SYSTEM_GAMMA - 1.0);
+}
+
+fn neutral(color: vec3<f32>) -> vec3<f32> {
+    let start_compression = 0.62;
+    let desaturation = 0.06;
+    let peak = max(color.r, max(color.g, color.b));
+    if peak < start_compression {
+        return color;
+    }
+    let d = 1.0 - start_compression;
+    let new_peak = 1.0 - d * d / (peak + d - start_compression);
+    let g = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
+    return mix(color * (new_peak / peak), vec3(new_peak), g);
+}
+
+// Samples that a pixel is made of: its own four, and of each neighbour the one that lies nearest, 5/8
+// from the pixel's centre. Where four samples are (the pattern of Direct3D, which the others have too) the
+// tent filter gives the latter 0.6 of the weight of its own.
+const NEIGHBOURS = array<vec3<i32>, 4>(vec3(1, 0, 2), vec3(0, 1, 0), vec3(-1, 0, 1), vec3(0, -1, 3));
+const NEIGHBOUR_WEIGHT: f32 = 0.6;
+
+fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
+    let linear = textureLoad(radiance, at, i).rgb;
+    if frame.show == SHOW_COVERAGE {
+        return linear;
+    }
+    if frame.show == SHOW_RADIANCE {
+        return linear * frame.exposure;
+    }
+    return max(neutral(system(linear * frame.exposure)), vec3(0.0));
+}
+
+@fragment
+fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    // The curve before the mean: of a leaf before a bright sky the edge would else be all sky as soon
+    // as one sample is.
+    let pixel = vec2<i32>(at.xy);
+    var color = vec3(0.0);
+    for (var i = 0; i < 4; i++) {
+        color += sample_color(pixel, i);
+    }
+    color *= 0.25;
+    if has(RESOLVE_FILTER) {
+        let last = vec2<i32>(textureDimensions(radiance)) - 1;
+        var around = vec3(0.0);
+        for (var i = 0; i < 4; i++) {
+            let neighbour = NEIGHBOURS[i];
+            around += sample_color(clamp(pixel + neighbour.xy, vec2(0), last), neighbour.z);
+        }
+        color = (color + around * (0.25 * NEIGHBOUR_WEIGHT)) / (1.0 + NEIGHBOUR_WEIGHT);
+    }
+    if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE {
+        return vec4(color, 1.0);
+    }
+    // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.
+    let noise = (interleaved_noise(at.xy) - 0.5) / 255.0;
+    return vec4(pow(max(pow(color, vec3(1.0 / 2.2)) + noise, vec3(0.0)), vec3(2.2)), 1.0);
+}

@@ -1,0 +1,900 @@
+//! A forest that grows, sheds and changes: trees of uploaded models on a terrain.
+
+use crate::base::layouts::Layouts;
+use crate::base::shared::{FallFrame, Frame, Model, TreeRecord};
+use crate::scene::events::{Scripted, scripted_key};
+use crate::scene::falls::{Falls, LooseState, scripted_buffer, storage};
+use crate::scene::ground::GroundMesh;
+use crate::scene::model::TreeModel;
+use crate::scene::streams::{Room, SCRIPTED_ROOM, Streams};
+use crate::scene::tables;
+use crate::scene::trees::{TreeTables, no_tree};
+use bytemuck::Zeroable;
+use glam::{DVec3, Vec3, Vec4};
+use std::sync::atomic::{AtomicU64, Ordering};
+use windfall_core::forest::{Instance, Terrain};
+use windfall_core::shed::{Shedding, TreeShedding};
+use windfall_core::wind::Wind;
+
+/// Largest distance of a tree from its forest's origin, metres: beyond, single precision would show.
+const FARTHEST: f64 = 20_000.0;
+
+/// Where a tree stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TreePlace {
+    /// Its foot in the world, metres; within 20 km of the forest's origin.
+    pub position: DVec3,
+    /// Turn about Y, radians.
+    pub yaw: f32,
+    /// Factor on the model's size, above 0.
+    pub scale: f32,
+    /// Added to the forest's season, `-1..=1`: this tree is earlier or later than the others.
+    pub season_offset: f32,
+    /// Key of everything that is random about this tree.
+    pub seed: u32,
+}
+
+impl TreePlace {
+    /// An unturned tree of the model's size, in season.
+    pub fn at(position: DVec3, seed: u32) -> Self {
+        Self { position, yaw: 0.0, scale: 1.0, season_offset: 0.0, seed }
+    }
+}
+
+/// A tree of a forest. Not reused: that of a removed tree stays invalid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TreeId {
+    index: u32,
+    generation: u32,
+}
+
+/// What a forest cannot do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ForestError {
+    /// The model is of another device.
+    #[error("the tree model {name:?} was uploaded to another device than the forest's")]
+    OtherDevice {
+        /// The model.
+        name: String,
+    },
+    /// There is no such tree (any more).
+    #[error("{0:?} is not of this forest, or was removed")]
+    NoSuchTree(TreeId),
+    /// An instance refers to a model that is not there.
+    #[error("instance {instance}: model {model} is not one of the {models}")]
+    NoSuchModel {
+        /// Index of the instance.
+        instance: usize,
+        /// What it refers to.
+        model: u32,
+        /// How many models there are.
+        models: usize,
+    },
+    /// The tree has no such leaf.
+    #[error("leaf {leaf} is not one of the {leaves} of the tree")]
+    NoSuchLeaf {
+        /// The leaf.
+        leaf: u32,
+        /// Leaves of the tree.
+        leaves: u32,
+    },
+    /// A number is not finite, not above 0 where it must be, or too large.
+    #[error("{what} is {value}; it must be {wanted}")]
+    Number {
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// More leaves in the air and on the ground than a binding of the device holds.
+    #[error("{leaves} leaves in the air and on the ground are more than the {most} that the device binds")]
+    TooManyLeaves {
+        /// Leaves that are wanted.
+        leaves: u64,
+        /// Leaves that fit.
+        most: u64,
+    },
+    /// More trees than a binding of the device holds.
+    #[error("{trees} trees are more than the {most} that the device binds")]
+    TooManyTrees {
+        /// Trees that are wanted.
+        trees: u64,
+        /// Trees that fit.
+        most: u64,
+    },
+}
+
+/// Numbers of a whole forest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ForestTotals {
+    /// Trees.
+    pub trees: u64,
+    /// Their leaves.
+    pub leaves: u64,
+    /// Their triangles, unsimplified.
+    pub triangles: u64,
+}
+
+/// A tree, as the forest keeps it.
+#[derive(Debug, Clone)]
+struct Tree {
+    generation: u32,
+    model: usize,
+    place: TreePlace,
+    /// Its place among those of its model; known once it has one.
+    slot: Option<u32>,
+    /// Thrown leaves: leaf, and when it detaches, seconds on the forest's clock.
+    thrown: Vec<(u32, f32)>,
+}
+
+/// A model of the forest, and what stands at its places.
+struct Planted {
+    model: TreeModel,
+    path_group: u32,
+    free: Vec<u32>,
+    trees: u32,
+}
+
+/// What is in the GPU's memory of the forest; made anew where trees outgrow it.
+pub(crate) struct ForestBuffers {
+    pub tables: TreeTables,
+    pub models: Vec<(TreeModel, u32)>,
+    pub tree_buffer: wgpu::Buffer,
+    pub model_buffer: wgpu::Buffer,
+    pub part_buffer: wgpu::Buffer,
+    pub loose: LooseState,
+    pub scripted: wgpu::Buffer,
+    /// Streams of thrown leaves that have changed.
+    changed_streams: Vec<u32>,
+}
+
+/// A forest: trees on a terrain, whose leaves hang, fall and lie.
+///
+/// It may change at any time ([`Forest::insert`], [`Forest::throw`], ...); a change counts from the next
+/// [`crate::Renderer::advance`] on. Everything else is a pure function of time.
+///
+/// World positions are double precision; the GPU sees places relative to the forest's origin. A world of
+/// hundreds of kilometres has several forests.
+pub struct Forest {
+    pub(crate) device: wgpu::Device,
+    pub(crate) layouts: Layouts,
+    id: u64,
+    origin: DVec3,
+    terrain: Terrain,
+    falls: Falls,
+    /// The wind relative to the forest's origin.
+    local_wind: Wind,
+    season: f32,
+    trees: Vec<Tree>,
+    free: Vec<u32>,
+    planted: Vec<Planted>,
+    scripted: Scripted,
+    scripted_changed: bool,
+    /// Whether there is more than the buffers have room for.
+    rebuild: bool,
+    /// Trees without a place yet.
+    homeless: Vec<usize>,
+    /// Models and places that have changed.
+    changed: Vec<(usize, u32)>,
+    /// Trees of which more leaves have been thrown.
+    thrown_changed: Vec<usize>,
+    /// Streams for thrown leaves of each shape, by model.
+    scripted_room: Vec<u32>,
+    buffers: Option<ForestBuffers>,
+    /// Counts rebuilds: views follow.
+    structure: u64,
+    generation: u32,
+    pub(crate) ground: GroundMesh,
+    /// The moment that was recorded last.
+    pub(crate) moment: Moment,
+    /// Linear colour of its litter.
+    pub(crate) litter: Vec3,
+    /// The moment's uniforms, and the structure that they are of.
+    pub(crate) moment_group: Option<(u64, MomentGroup)>,
+}
+
+/// The uniforms of a moment, for passes that have no view.
+pub(crate) struct MomentGroup {
+    pub buffer: wgpu::Buffer,
+    pub group: wgpu::BindGroup,
+}
+
+/// A moment of a forest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Seconds since the world began; any order of moments gives the same pictures.
+    pub time: f64,
+    /// Whether trees sway in the wind.
+    pub sway: bool,
+    /// Whether leaves are coloured by the loops of their path ([`crate::DebugView::Loops`]).
+    pub color_loops: bool,
+}
+
+impl Moment {
+    /// A moment of swaying trees in their own colours.
+    pub fn at(time: f64) -> Self {
+        Self { time, sway: true, color_loops: false }
+    }
+}
+
+/// The model of a tree that was removed.
+const GONE: usize = usize::MAX;
+
+static NEXT_ID: AtomicU64 = AtomicU64::new(1);
+
+fn check(what: &'static str, value: f64, good: bool, wanted: &'static str) -> Result<(), ForestError> {
+    if good { Ok(()) } else { Err(ForestError::Number { what, value, wanted }) }
+}
+
+impl Forest {
+    /// A forest without trees on a terrain about `origin`.
+    ///
+    /// # Errors
+    ///
+    /// [`ForestError::Number`] if the origin is not finite.
+    pub fn new(
+        device: &wgpu::Device,
+        origin: DVec3,
+        terrain: Terrain,
+        falls: Falls,
+    ) -> Result<Self, ForestError> {
+        check("the origin's length", origin.length(), origin.is_finite(), "finite")?;
+        let layouts = Layouts::new(device);
+        Ok(Self {
+            ground: GroundMesh::new(device, &layouts.heights, &terrain),
+            local_wind: wind_at(&falls.wind, origin),
+            layouts,
+            device: device.clone(),
+            id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
+            origin,
+            terrain,
+            falls,
+            season: 0.5,
+            trees: Vec::new(),
+            free: Vec::new(),
+            planted: Vec::new(),
+            scripted: Scripted::default(),
+            scripted_changed: true,
+            rebuild: true,
+            homeless: Vec::new(),
+            changed: Vec::new(),
+            thrown_changed: Vec::new(),
+            scripted_room: Vec::new(),
+            buffers: None,
+            structure: 0,
+            generation: 1,
+            moment: Moment::at(0.0),
+            litter: Vec3::ZERO,
+            moment_group: None,
+        })
+    }
+
+    /// Where its terrain's middle lies in the world.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Its ground, about the origin.
+    pub fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
+    /// How its leaves fall.
+    pub fn falls(&self) -> &Falls {
+        &self.falls
+    }
+
+    /// Phase of autumn, 0 late summer to 1 bare.
+    pub fn season(&self) -> f32 {
+        self.season
+    }
+
+    /// Trees, leaves and triangles.
+    pub fn totals(&self) -> ForestTotals {
+        self.planted.iter().fold(ForestTotals::default(), |sum, planted| {
+            let trees = u64::from(planted.trees);
+            ForestTotals {
+                trees: sum.trees + trees,
+                leaves: sum.leaves + trees * u64::from(planted.model.leaf_count),
+                triangles: sum.triangles + trees * planted.model.triangles,
+            }
+        })
+    }
+
+    /// Its trees, in the order in which they were planted.
+    pub fn trees(&self) -> impl Iterator<Item = (TreeId, &TreeModel, &TreePlace)> {
+        (0..).zip(&self.trees).filter(|(_, tree)| tree.model != GONE).map(|(index, tree)| {
+            let id = TreeId { index, generation: tree.generation };
+            (id, &self.planted[tree.model].model, &tree.place)
+        })
+    }
+
+    /// Plants trees of models, placed about the forest's origin ([`windfall_core::forest::Placement`]).
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Forest::insert`], and [`ForestError::NoSuchModel`]; no tree is planted then.
+    pub fn plant(
+        &mut self,
+        models: &[TreeModel],
+        instances: &[Instance],
+    ) -> Result<Vec<TreeId>, ForestError> {
+        let place = |instance: &Instance| TreePlace {
+            position: self.origin + instance.position.as_dvec3(),
+            yaw: instance.yaw,
+            scale: instance.scale,
+            season_offset: instance.season_offset,
+            seed: instance.seed,
+        };
+        let mut places = Vec::with_capacity(instances.len());
+        for (i, instance) in instances.iter().enumerate() {
+            let Some(model) = models.get(instance.model as usize) else {
+                let model = instance.model;
+                return Err(ForestError::NoSuchModel { instance: i, model, models: models.len() });
+            };
+            let place = place(instance);
+            self.check_place(&place)?;
+            places.push((model, place));
+        }
+        for model in models {
+            self.planted(model)?;
+        }
+        places.into_iter().map(|(model, place)| self.insert(model, place)).collect()
+    }
+
+    /// Plants a tree.
+    ///
+    /// # Errors
+    ///
+    /// A model of another device, and numbers that are not finite or out of range.
+    pub fn insert(&mut self, model: &TreeModel, place: TreePlace) -> Result<TreeId, ForestError> {
+        self.check_place(&place)?;
+        let model = self.planted(model)?;
+        self.planted[model].trees += 1;
+        let tree = Tree { generation: 0, model, place, slot: None, thrown: Vec::new() };
+        let index = if let Some(index) = self.free.pop() {
+            let generation = self.trees[index as usize].generation + 1;
+            self.trees[index as usize] = Tree { generation, ..tree };
+            index
+        } else {
+            self.trees.push(tree);
+            self.trees.len() as u32 - 1
+        };
+        self.homeless.push(index as usize);
+        Ok(TreeId { index, generation: self.trees[index as usize].generation })
+    }
+
+    /// Removes a tree with its leaves, wherever they are.
+    ///
+    /// # Errors
+    ///
+    /// [`ForestError::NoSuchTree`].
+    pub fn remove(&mut self, tree: TreeId) -> Result<(), ForestError> {
+        let index = self.find(tree)?;
+        let Tree { model, slot, .. } = self.trees[index];
+        self.planted[model].trees -= 1;
+        self.clear_thrown(index);
+        if let (Some(buffers), Some(place)) = (&mut self.buffers, slot) {
+            buffers.set_place(model, place, None);
+            self.planted[model].free.push(place);
+            self.changed.push((model, place));
+        }
+        self.trees[index].model = GONE;
+        self.trees[index].thrown.clear();
+        self.free.push(tree.index);
+        Ok(())
+    }
+
+    /// Moves a tree with its leaves, those on the ground included: where they are follows from where it stands.
+    ///
+    /// # Errors
+    ///
+    /// [`ForestError::NoSuchTree`], and numbers that are not finite or out of range.
+    pub fn set_transform(
+        &mut self,
+        tree: TreeId,
+        position: DVec3,
+        yaw: f32,
+        scale: f32,
+    ) -> Result<(), ForestError> {
+        let index = self.find(tree)?;
+        let place = TreePlace { position, yaw, scale, ..self.trees[index].place };
+        self.check_place(&place)?;
+        self.clear_thrown(index);
+        self.trees[index].place = place;
+        self.place_again(index);
+        Ok(())
+    }
+
+    /// Throws a leaf: it detaches at `time` (seconds since the world began), falls, lands and lies as any other.
+    /// The earliest of a leaf's times counts, and none that comes when the season has taken the leaf.
+    /// `leaf` is its index in the model's `Foliage::leaves`: in prune order.
+    ///
+    /// # Errors
+    ///
+    /// [`ForestError::NoSuchTree`], [`ForestError::NoSuchLeaf`], a time that is not finite.
+    pub fn throw(&mut self, tree: TreeId, leaf: u32, time: f64) -> Result<(), ForestError> {
+        let index = self.find(tree)?;
+        let model = self.trees[index].model;
+        let leaves = self.planted[model].model.leaf_count;
+        if leaf >= leaves {
+            return Err(ForestError::NoSuchLeaf { leaf, leaves });
+        }
+        check("the time", time, time.is_finite(), "finite")?;
+        let time = (time - self.epoch()) as f32;
+        let record = self.record(index);
+        let rank = self.planted[model].model.loose.records[leaf as usize].rank;
+        if time >= self.detach_time(&record, leaves, rank) {
+            return Ok(());
+        }
+        match self.trees[index].thrown.iter_mut().find(|(known, _)| *known == leaf) {
+            Some((_, known)) if *known <= time => return Ok(()),
+            Some((_, known)) => *known = time,
+            None => self.trees[index].thrown.push((leaf, time)),
+        }
+        self.thrown_changed.push(index);
+        Ok(())
+    }
+
+    /// Sets the phase of autumn, 0 late summer to 1 bare; leaves change their colours.
+    ///
+    /// # Errors
+    ///
+    /// If it is not finite.
+    pub fn set_season(&mut self, season: f32) -> Result<(), ForestError> {
+        check("the season", season.into(), season.is_finite(), "finite, from 0 to 1")?;
+        self.season = season.clamp(0.0, 1.0);
+        Ok(())
+    }
+
+    /// Sets the wind. Leaves in the air and on the ground are where this wind has taken them.
+    pub fn set_wind(&mut self, wind: Wind) {
+        self.falls.wind = wind;
+        self.local_wind = wind_at(&wind, self.origin);
+        self.reseason();
+    }
+
+    /// Sets when leaves detach.
+    pub fn set_shedding(&mut self, shedding: Shedding) {
+        self.falls.shedding = shedding;
+        self.reseason();
+    }
+
+    /// Bytes of GPU memory of its trees and leaves, without its models and views.
+    pub fn bytes(&self) -> u64 {
+        let Some(buffers) = &self.buffers else { return 0 };
+        let loose = &buffers.loose;
+        let slots = u64::from(loose.streams.slot_count) * (Falls::STATE_BYTES + 4);
+        slots
+            + [&buffers.tree_buffer, &buffers.model_buffer, &buffers.part_buffer]
+                .iter()
+                .map(|b| b.size())
+                .sum::<u64>()
+            + loose.stream_buffer.size()
+            + loose.list_buffer.size()
+    }
+
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
+    pub(crate) fn structure(&self) -> u64 {
+        self.structure
+    }
+
+    pub(crate) fn wind(&self) -> &Wind {
+        &self.local_wind
+    }
+
+    /// What is on the GPU; there after the first [`Forest::sync`].
+    pub(crate) fn buffers(&self) -> Option<&ForestBuffers> {
+        self.buffers.as_ref()
+    }
+}
+
+impl Forest {
+    /// Brings the GPU's memory up to date with what has changed.
+    pub(crate) fn sync(&mut self, queue: &wgpu::Queue) -> Result<(), ForestError> {
+        let homeless = std::mem::take(&mut self.homeless);
+        for &index in &homeless {
+            let Tree { model, slot: None, .. } = self.trees[index] else { continue };
+            if model == GONE {
+                continue;
+            }
+            match self.planted[model].free.pop() {
+                Some(place) if !self.rebuild => {
+                    self.trees[index].slot = Some(place);
+                    self.place_again(index);
+                }
+                _ => self.rebuild = true,
+            }
+        }
+        let thrown = std::mem::take(&mut self.thrown_changed);
+        if !self.rebuild {
+            for &index in &thrown {
+                if self.trees[index].model != GONE && !self.lay_out_thrown(index) {
+                    self.rebuild = true;
+                    break;
+                }
+            }
+        }
+        if self.rebuild {
+            self.build(queue)?;
+        }
+        let Some(buffers) = &mut self.buffers else { return Ok(()) };
+        if self.scripted_changed {
+            let table = self.scripted.table();
+            let bytes: &[u8] = bytemuck::cast_slice(&table);
+            if bytes.len() as u64 <= buffers.scripted.size() {
+                queue.write_buffer(&buffers.scripted, 0, bytes);
+            } else {
+                buffers.scripted = scripted_buffer(&self.device, &self.scripted);
+                self.structure += 1;
+            }
+            self.scripted_changed = false;
+        }
+        self.changed.sort_unstable();
+        self.changed.dedup();
+        for (model, place) in self.changed.drain(..) {
+            buffers.write_place(queue, model, place);
+        }
+        for stream in std::mem::take(&mut buffers.changed_streams) {
+            let loose = &buffers.loose;
+            loose.write_stream(queue, stream);
+            loose.write_list(queue, loose.streams.words_of(stream));
+            loose.forget(queue, stream);
+        }
+        Ok(())
+    }
+
+    /// Makes everything anew, with room for more trees than there are if it had to be made before.
+    fn build(&mut self, queue: &wgpu::Queue) -> Result<(), ForestError> {
+        let again = self.buffers.is_some();
+        let mut rooms = Vec::new();
+        let mut leaves = 0;
+        for (m, planted) in self.planted.iter().enumerate() {
+            let reserve = if again { planted.trees / 4 + 4 } else { 0 };
+            let of_model = self.trees.iter().filter(|tree| tree.model == m);
+            let needed: u32 = of_model
+                .filter(|tree| !tree.thrown.is_empty())
+                .map(|tree| 1 + tree.thrown.len() as u32 / SCRIPTED_ROOM)
+                .sum();
+            let known = self.scripted_room.get(m).copied().unwrap_or(0);
+            let scripted = if needed > known { needed.next_power_of_two().max(4) } else { known };
+            leaves += u64::from(planted.trees) * u64::from(planted.model.leaf_count);
+            rooms.push(Room {
+                places: planted.trees + reserve,
+                scripted,
+                path_group: planted.path_group,
+            });
+        }
+        let trees: u64 = rooms.iter().map(|r| u64::from(r.places).next_multiple_of(64)).sum();
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        let most = limit / (crate::base::constants::LISTS as u64 * 64);
+        if trees > most {
+            return Err(ForestError::TooManyTrees { trees, most });
+        }
+        let with_rooms: Vec<(TreeModel, Room)> =
+            self.planted.iter().map(|p| p.model.clone()).zip(rooms.iter().copied()).collect();
+        // Every stream keeps the same share of its leaves.
+        let share = (f64::from(self.falls.capacity) / leaves.max(1) as f64).min(1.0);
+        let streams = Streams::new(&with_rooms, share);
+        let models: Vec<(TreeModel, u32)> =
+            with_rooms.iter().map(|(model, room)| (model.clone(), room.places)).collect();
+        let tables = TreeTables::new(&models);
+        let uniforms: Vec<Model> = models
+            .iter()
+            .zip(&tables.crowns)
+            .map(|((model, _), crown)| Model { crown: *crown, ..model.uniform })
+            .collect();
+        let device = &self.device;
+        let loose = LooseState::new(
+            (device, queue),
+            &self.layouts,
+            &models,
+            &uniforms,
+            streams,
+            (&self.falls, &self.local_wind),
+            &self.terrain,
+        )?;
+        let parts: Vec<[u32; 4]> = tables
+            .parts
+            .iter()
+            .map(|p| [p.buckets.0, p.buckets.1, p.indices.1, p.indices.0])
+            .collect();
+        let none = wgpu::BufferUsages::empty();
+        self.buffers = Some(ForestBuffers {
+            tree_buffer: storage(device, "trees", bytemuck::cast_slice(&tables.records), none),
+            model_buffer: storage(device, "models", bytemuck::cast_slice(&uniforms), none),
+            part_buffer: storage(device, "parts", bytemuck::cast_slice(&parts), none),
+            scripted: scripted_buffer(device, &self.scripted),
+            changed_streams: Vec::new(),
+            loose,
+            tables,
+            models,
+        });
+        self.scripted_room = rooms.iter().map(|room| room.scripted).collect();
+        self.litter = litter(&self.planted);
+        for (planted, room) in self.planted.iter_mut().zip(&rooms) {
+            planted.free = (0..room.places).rev().collect();
+        }
+        self.homeless.clear();
+        self.changed.clear();
+        self.scripted = Scripted::default();
+        self.rebuild = false;
+        self.structure += 1;
+        self.generation += 1;
+        for index in 0..self.trees.len() {
+            let model = self.trees[index].model;
+            if model == GONE {
+                continue;
+            }
+            self.trees[index].slot = self.planted[model].free.pop();
+            self.place_again(index);
+            // There is room for all that were thrown.
+            self.rebuild |= !self.lay_out_thrown(index);
+        }
+        self.scripted_changed = true;
+        // One upload of all.
+        if let Some(buffers) = &mut self.buffers {
+            buffers.changed_streams.clear();
+            let records = bytemuck::cast_slice(&buffers.tables.records);
+            queue.write_buffer(&buffers.tree_buffer, 0, records);
+            let streams = &buffers.loose.streams;
+            let bytes = bytemuck::cast_slice(&streams.streams);
+            queue.write_buffer(&buffers.loose.stream_buffer, 0, bytes);
+            buffers.loose.write_list(queue, 0..streams.shed_lists.len() as u32);
+        }
+        self.changed.clear();
+        Ok(())
+    }
+
+    /// The model's index; it joins the forest if it is new.
+    fn planted(&mut self, model: &TreeModel) -> Result<usize, ForestError> {
+        if model.device != self.device {
+            return Err(ForestError::OtherDevice { name: model.name().to_owned() });
+        }
+        if let Some(index) = self.planted.iter().position(|p| p.model == *model) {
+            return Ok(index);
+        }
+        self.rebuild = true;
+        let path_group = self.falls.group_of(model.name());
+        let model = model.clone();
+        self.planted.push(Planted { model, path_group, free: Vec::new(), trees: 0 });
+        Ok(self.planted.len() - 1)
+    }
+
+    fn check_place(&self, place: &TreePlace) -> Result<(), ForestError> {
+        let away = (place.position - self.origin).length();
+        check(
+            "a tree's distance from the forest's origin",
+            away,
+            away <= FARTHEST,
+            "finite, at most 20000 m",
+        )?;
+        check("a tree's yaw", place.yaw.into(), place.yaw.is_finite(), "finite")?;
+        let scale = place.scale;
+        check("a tree's scale", scale.into(), scale.is_finite() && scale > 0.0, "above 0")?;
+        let season = place.season_offset;
+        check("a tree's season offset", season.into(), season.is_finite(), "finite")
+    }
+
+    fn find(&self, tree: TreeId) -> Result<usize, ForestError> {
+        match self.trees.get(tree.index as usize) {
+            Some(known) if known.generation == tree.generation && known.model != GONE => {
+                Ok(tree.index as usize)
+            }
+            _ => Err(ForestError::NoSuchTree(tree)),
+        }
+    }
+
+    /// When the clock of the leaves is 0: when the shedding begins, or the world does where it never does.
+    fn epoch(&self) -> f64 {
+        let start = self.falls.shedding.start;
+        if start.abs() < 1e12 { start } else { 0.0 }
+    }
+
+    /// Times of the leaves' clock as two numbers.
+    pub(crate) fn clock(&self, time: f64) -> [f32; 2] {
+        crate::base::packing::split_time(time - self.epoch())
+    }
+
+    fn detach_time(&self, record: &TreeRecord, leaves: u32, rank: u32) -> f32 {
+        let shed = TreeShedding {
+            delay: record.delay,
+            gust_phase: record.gust_phase,
+            seed: record.seed,
+            leaves,
+        };
+        let shedding = &self.falls.shedding;
+        let start = (shedding.start - self.epoch()) as f32;
+        start + shedding.detach_after_start(&shed, Shedding::gust_rate(&self.local_wind), rank)
+    }
+
+    fn record(&self, index: usize) -> TreeRecord {
+        let Tree { model, place, thrown, .. } = &self.trees[index];
+        let instance = Instance {
+            model: 0,
+            position: (place.position - self.origin).as_vec3(),
+            yaw: place.yaw,
+            scale: place.scale,
+            season_offset: place.season_offset,
+            seed: place.seed,
+        };
+        let leaves = self.planted[*model].model.leaf_count;
+        let shed = self.falls.shedding.tree(&instance, leaves, &self.local_wind);
+        let (sin_yaw, cos_yaw) = instance.yaw.sin_cos();
+        TreeRecord {
+            position: instance.position,
+            scale: instance.scale,
+            cos_yaw,
+            sin_yaw,
+            season_offset: instance.season_offset,
+            delay: shed.delay,
+            gust_phase: shed.gust_phase,
+            seed: instance.seed,
+            model: *model as u32,
+            events: u32::from(!thrown.is_empty()),
+        }
+    }
+
+    /// Puts a tree where it stands now.
+    fn place_again(&mut self, index: usize) {
+        let Tree { model, slot, .. } = self.trees[index];
+        let record = self.record(index);
+        if let (Some(buffers), Some(place)) = (&mut self.buffers, slot) {
+            buffers.set_place(model, place, Some(&record));
+            self.changed.push((model, place));
+        }
+        if !self.trees[index].thrown.is_empty() {
+            self.thrown_changed.push(index);
+        }
+    }
+
+    /// Takes away what is known of a tree's thrown leaves where it stands.
+    fn clear_thrown(&mut self, index: usize) {
+        if self.trees[index].thrown.is_empty() || self.trees[index].slot.is_none() {
+            return;
+        }
+        let record = self.record(index);
+        self.scripted.remove_tree(scripted_key(record.seed, record.position));
+        self.scripted_changed = true;
+        let model = self.trees[index].model;
+        if let Some(buffers) = &mut self.buffers {
+            let cleared = buffers.loose.streams.clear_thrown(model, &record);
+            buffers.changed_streams.extend(cleared);
+        }
+    }
+
+    /// Puts a tree's thrown leaves in streams of their own; whether there was room.
+    fn lay_out_thrown(&mut self, index: usize) -> bool {
+        if self.trees[index].thrown.is_empty() || self.trees[index].slot.is_none() {
+            return true;
+        }
+        self.clear_thrown(index);
+        let record = self.record(index);
+        let Tree { model, slot, ref thrown, .. } = self.trees[index];
+        let Some(buffers) = &mut self.buffers else { return true };
+        let key = scripted_key(record.seed, record.position);
+        let shapes = &self.planted[model].model.loose.shapes;
+        for &(leaf, time) in thrown {
+            self.scripted.insert(key, leaf, time);
+            let shape = shapes.iter().position(|s| s.shed_order.contains(&leaf)).unwrap_or(0);
+            match buffers.loose.streams.throw((model, shape), &record, leaf, time) {
+                Some(stream) => buffers.changed_streams.push(stream),
+                None => return false,
+            }
+        }
+        buffers.changed_streams.sort_unstable();
+        buffers.changed_streams.dedup();
+        // Its own streams leave those leaves out from now on.
+        if let Some(place) = slot {
+            buffers.set_place(model, place, Some(&record));
+            self.changed.push((model, place));
+        }
+        self.scripted_changed = true;
+        true
+    }
+
+    /// Wind or shedding are other ones: every tree sheds at other times, every leaf lies elsewhere.
+    fn reseason(&mut self) {
+        self.generation += 1;
+        let Some(buffers) = &mut self.buffers else { return };
+        let frame = &mut buffers.loose.frame;
+        tables::describe_wind(frame, &self.local_wind, 0.0);
+        tables::describe_shedding(frame, &self.falls.shedding);
+        for index in 0..self.trees.len() {
+            if self.trees[index].model != GONE {
+                self.place_again(index);
+            }
+        }
+    }
+
+    /// The leaves' uniforms of a moment.
+    pub(crate) fn fall_frame(&self, buffers: &ForestBuffers) -> FallFrame {
+        let Moment { time, color_loops, .. } = self.moment;
+        let [high, low] = self.clock(time);
+        let mut frame = buffers.loose.frame;
+        let epoch = self.epoch();
+        tables::describe_wind(&mut frame, &self.local_wind, epoch);
+        FallFrame {
+            time: high,
+            time_low: low,
+            clock: Wind::reduced(time - epoch),
+            shed_start: (self.falls.shedding.start - epoch) as f32,
+            generation: self.generation,
+            color_loops: u32::from(color_loops),
+            ..frame
+        }
+    }
+
+    /// Fills in what every pass knows of the forest's moment.
+    pub(crate) fn describe(&self, frame: &mut Frame) {
+        let wind = &self.local_wind;
+        let Moment { time, sway, .. } = self.moment;
+        frame.gusts =
+            wind.gusts.map(|g| Vec4::new(g.amplitude.x, g.amplitude.y, g.cycles as f32, g.phase));
+        frame.wind_mean = wind.mean;
+        frame.wind_travel = wind.travel;
+        frame.wind_slowness = wind.slowness;
+        frame.time = Wind::reduced(time);
+        frame.cloud_drift = (wind.mean.as_dvec2() * time * 0.002).as_vec2();
+        [frame.shed_time, frame.shed_time_low] = self.clock(time);
+        frame.season = self.season;
+        frame.sway = f32::from(u8::from(sway));
+        frame.backdrop = self.ground.backdrop;
+        frame.litter = self.litter;
+    }
+
+    /// The forest's moment for passes that have no view.
+    pub(crate) fn frame(&self) -> Frame {
+        let mut frame = Frame::zeroed();
+        self.describe(&mut frame);
+        frame
+    }
+}
+
+impl ForestBuffers {
+    fn set_place(&mut self, model: usize, place: u32, tree: Option<&TreeRecord>) {
+        let at = self.tables.crowns[model].tree_first + place;
+        self.tables.records[at as usize] = tree.copied().unwrap_or_else(no_tree);
+        self.loose.streams.set_place(model, place, tree);
+    }
+
+    /// Writes the tree at a place, and its streams.
+    fn write_place(&self, queue: &wgpu::Queue, model: usize, place: u32) {
+        let at = self.tables.crowns[model].tree_first + place;
+        let record = &self.tables.records[at as usize];
+        let size = size_of::<TreeRecord>() as u64;
+        queue.write_buffer(&self.tree_buffer, u64::from(at) * size, bytemuck::bytes_of(record));
+        for stream in self.loose.streams.of_place(model, place) {
+            self.loose.write_stream(queue, stream);
+            self.loose.forget(queue, stream);
+        }
+    }
+}
+
+/// A wind seen from another origin: its gusts come there at other times.
+fn wind_at(wind: &Wind, origin: DVec3) -> Wind {
+    let along = f64::from(wind.travel.x) * origin.x + f64::from(wind.travel.y) * origin.z;
+    let late = along * f64::from(wind.slowness) / Wind::PERIOD;
+    let mut local = *wind;
+    for gust in &mut local.gusts {
+        let phase = f64::from(gust.phase) - f64::from(gust.cycles) * late;
+        gust.phase = phase.rem_euclid(1.0) as f32;
+    }
+    if late == 0.0 { *wind } else { local }
+}
+
+/// Late autumn's colours of all models; of those without a palette, brown.
+fn litter(planted: &[Planted]) -> Vec3 {
+    let late = |palette: &[Vec4; 8]| (palette[4] + palette[5] + palette[6]).truncate() / 3.0;
+    let with_palette = planted.iter().filter(|p| p.model.uniform.palette_count > 0);
+    let (sum, count) = with_palette
+        .fold((Vec3::ZERO, 0.0), |(sum, n), p| (sum + late(&p.model.uniform.palette), n + 1.0));
+    let brown = Vec3::new(0.33, 0.18, 0.05);
+    (sum + brown) / (count + 1.0)
+}

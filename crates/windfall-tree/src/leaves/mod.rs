@@ -1,0 +1,9 @@
+//! From triangles to leaves: cuts a mesh into leaf elements, and finds the shapes that they share.
+
+mod mesh;
+mod pieces;
+mod shapes;
+
+pub(crate) use mesh::Mesh;
+pub(crate) use pieces::pieces;
+pub(crate) use shapes::Shaper;

@@ -1,0 +1,345 @@
+//! Leaves that are the same up to rotation, size and place share one shape.
+
+use super::mesh::Mesh;
+use glam::{DMat4, DQuat, DVec3, DVec4, Mat3, Quat, Vec3};
+use std::collections::{BTreeMap, HashMap};
+use windfall_core::foliage::{Leaf, LeafShape};
+
+/// Largest distance between a vertex and its place in the shared shape, as part of the piece's
+/// radius.
+const TOLERANCE: f32 = 0.005;
+/// Largest difference of texture coordinates within one shape: a texel or two.
+const UV_TOLERANCE: f32 = 1.0 / 1024.0;
+/// Shapes that a piece is compared with before it gets one of its own: bounds the time that a crown
+/// of unequal leaves takes.
+const MOST_TRIALS: usize = 64;
+/// Leaves of a shape that are asked on which side the twig is.
+const VOTERS: usize = 16;
+
+/// Turns pieces into leaves, and collects their shapes.
+#[derive(Default)]
+pub(crate) struct Shaper {
+    leaves: Vec<Leaf>,
+    shapes: Vec<LeafShape>,
+    /// The first piece of each shape.
+    models: Vec<Model>,
+    /// Shapes by their triangles, then by a number that rotation and size do not change.
+    index: HashMap<Vec<u32>, BTreeMap<u32, Vec<u32>>>,
+}
+
+/// The piece that a shape was made from, and the shape's frame in it.
+struct Model {
+    piece: Mesh,
+    middle: Vec3,
+    frame: Frame,
+}
+
+/// Where a shape stands in the tree.
+#[derive(Clone, Copy)]
+struct Frame {
+    center: Vec3,
+    orientation: Quat,
+}
+
+/// A rotation, a size and a move.
+#[derive(Clone, Copy)]
+struct Similarity {
+    rotation: Quat,
+    scale: f32,
+}
+
+impl Shaper {
+    /// Adds one piece as a leaf of `material`.
+    pub fn add(&mut self, piece: Mesh, material: u32) {
+        let middle = mean(&piece.positions);
+        let number = invariant(&piece, middle);
+        let found = self.find(&piece, middle, number);
+        let (shape, orientation, scale, center) =
+            if let Some((shape, Similarity { rotation, scale })) = found {
+                let Model { middle: model_middle, frame, .. } = &self.models[shape as usize];
+                let center = middle + rotation * (frame.center - model_middle) * scale;
+                (shape, rotation * frame.orientation, scale, center)
+            } else {
+                let shape = self.shapes.len() as u32;
+                let frame = Frame::of(&piece);
+                let trials = self.index.entry(piece.indices.clone()).or_default();
+                trials.entry(number.to_bits()).or_default().push(shape);
+                self.shapes.push(frame.shape(&piece));
+                self.models.push(Model { piece, middle, frame });
+                (shape, frame.orientation, 1.0, frame.center)
+            };
+        self.leaves.push(Leaf {
+            center,
+            orientation: orientation.normalize(),
+            scale,
+            shape,
+            material,
+            bent_normal: orientation * Vec3::Y,
+            ambient: 1.0,
+            shed_rank: 0,
+        });
+    }
+
+    /// The leaves and their shapes, +Z pointing away from the wood.
+    pub fn finish(mut self, wood: &[Vec3]) -> (Vec<Leaf>, Vec<LeafShape>) {
+        let turn = self.turned(wood);
+        let half_turn = Quat::from_rotation_y(std::f32::consts::PI);
+        for leaf in &mut self.leaves {
+            if turn[leaf.shape as usize] {
+                leaf.orientation = (leaf.orientation * half_turn).normalize();
+            }
+        }
+        for (shape, _) in self.shapes.iter_mut().zip(turn).filter(|(_, turn)| *turn) {
+            for vector in shape.positions.iter_mut().chain(&mut shape.normals) {
+                *vector = Vec3::new(-vector.x, vector.y, -vector.z);
+            }
+        }
+        (self.leaves, self.shapes)
+    }
+
+    fn find(&self, piece: &Mesh, middle: Vec3, number: f32) -> Option<(u32, Similarity)> {
+        let radius = piece.positions.iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
+        let trials = self.index.get(&piece.indices)?;
+        // Positive floats are ordered as their bits are.
+        let range =
+            (number - 4.0 * TOLERANCE).max(0.0).to_bits()..=(number + 4.0 * TOLERANCE).to_bits();
+        trials.range(range).flat_map(|(_, shapes)| shapes).take(MOST_TRIALS).find_map(|&shape| {
+            let model = &self.models[shape as usize];
+            let same_uvs = model.piece.uvs.iter().zip(&piece.uvs);
+            if !same_uvs.into_iter().all(|(a, b)| a.abs_diff_eq(*b, UV_TOLERANCE)) {
+                return None;
+            }
+            let fit = fit(&model.piece.positions, model.middle, &piece.positions, middle)?;
+            let close = model.piece.positions.iter().zip(&piece.positions).all(|(&a, &b)| {
+                let placed = fit.rotation * (a - model.middle) * fit.scale;
+                placed.distance(b - middle) <= TOLERANCE * radius
+            });
+            close.then_some((shape, fit))
+        })
+    }
+
+    /// For each shape, whether its long axis points to the wood instead of away from it.
+    fn turned(&self, wood: &[Vec3]) -> Vec<bool> {
+        let mut radii: Vec<f32> = self
+            .leaves
+            .iter()
+            .map(|leaf| leaf.scale * self.shapes[leaf.shape as usize].radius())
+            .collect();
+        if radii.is_empty() {
+            return Vec::new();
+        }
+        let middle = radii.len() / 2;
+        let (_, &mut typical, _) = radii.select_nth_unstable_by(middle, f32::total_cmp);
+        let twigs = Points::new(wood, 2.0 * typical);
+        let crown = self.leaves.iter().map(|l| l.center / self.leaves.len() as f32).sum::<Vec3>();
+        let ends: Vec<[Vec3; 2]> = self.shapes.iter().map(ends).collect();
+        let mut votes = vec![0.0f32; self.shapes.len()];
+        let mut voters = vec![0; self.shapes.len()];
+        for leaf in &self.leaves {
+            let shape = leaf.shape as usize;
+            if voters[shape] >= VOTERS {
+                continue;
+            }
+            voters[shape] += 1;
+            let [back, front] =
+                ends[shape].map(|end| leaf.center + leaf.orientation * end * leaf.scale);
+            votes[shape] += match (twigs.distance(back), twigs.distance(front)) {
+                (None, None) => 0.01 * (front - back).dot(leaf.center - crown).signum(),
+                (back, front) => {
+                    let far = 2.0 * typical;
+                    (front.unwrap_or(far) - back.unwrap_or(far)) / far
+                }
+            };
+        }
+        votes.iter().map(|&vote| vote < 0.0).collect()
+    }
+}
+
+/// The middles of a shape's two ends along Z.
+fn ends(shape: &LeafShape) -> [Vec3; 2] {
+    let (low, high) = shape
+        .positions
+        .iter()
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), p| (l.min(p.z), h.max(p.z)));
+    let margin = (high - low) * 0.05;
+    let middle = |chosen: &dyn Fn(f32) -> bool| {
+        let chosen: Vec<Vec3> = shape.positions.iter().copied().filter(|p| chosen(p.z)).collect();
+        mean(&chosen)
+    };
+    [middle(&|z| z <= low + margin), middle(&|z| z >= high - margin)]
+}
+
+fn mean(points: &[Vec3]) -> Vec3 {
+    points.iter().sum::<Vec3>() / points.len().max(1) as f32
+}
+
+/// A number that is the same for congruent pieces: how far out the first vertex is, against the
+/// root mean square of all.
+fn invariant(piece: &Mesh, middle: Vec3) -> f32 {
+    let squares = piece.positions.iter().map(|p| p.distance_squared(middle)).sum::<f32>();
+    let spread = (squares / piece.positions.len().max(1) as f32).sqrt();
+    let first = piece.positions.first().map_or(0.0, |p| p.distance(middle));
+    if spread > 0.0 { first / spread } else { 0.0 }
+}
+
+/// The similarity that brings `from` closest to `to`, both seen from their middles, in the sense
+/// of least squares (Horn 1987: the rotation is the main eigenvector of a symmetric 4×4 matrix).
+fn fit(from: &[Vec3], from_middle: Vec3, to: &[Vec3], to_middle: Vec3) -> Option<Similarity> {
+    // S[i][j]: the sum of from.i * to.j.
+    let mut s = [DVec3::ZERO; 3];
+    let mut size = 0.0;
+    for (&a, &b) in from.iter().zip(to) {
+        let (a, b) = ((a - from_middle).as_dvec3(), (b - to_middle).as_dvec3());
+        size += a.length_squared();
+        s[0] += b * a.x;
+        s[1] += b * a.y;
+        s[2] += b * a.z;
+    }
+    let [x, y, z] = s;
+    let shift = (3.0 * (x.length_squared() + y.length_squared() + z.length_squared())).sqrt();
+    // The shift makes every eigenvalue positive, so that powers of the matrix turn to the largest.
+    let mut m = DMat4::from_cols(
+        DVec4::new(x.x + y.y + z.z, y.z - z.y, z.x - x.z, x.y - y.x),
+        DVec4::new(y.z - z.y, x.x - y.y - z.z, x.y + y.x, z.x + x.z),
+        DVec4::new(z.x - x.z, x.y + y.x, y.y - x.x - z.z, y.z + z.y),
+        DVec4::new(x.y - y.x, z.x + x.z, y.z + z.y, z.z - x.x - y.y),
+    ) + DMat4::from_diagonal(DVec4::splat(shift));
+    // The 2²⁰th power: enough for a needle fifty times as long as wide.
+    for _ in 0..20 {
+        let trace = m.x_axis.x + m.y_axis.y + m.z_axis.z + m.w_axis.w;
+        if trace <= 0.0 {
+            return None;
+        }
+        m *= 1.0 / trace;
+        m *= m;
+    }
+    let columns = [m.x_axis, m.y_axis, m.z_axis, m.w_axis];
+    let main =
+        columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    let main = main.try_normalize()?;
+    let rotation = DQuat::from_xyzw(main.y, main.z, main.w, main.x);
+    let along: f64 = from
+        .iter()
+        .zip(to)
+        .map(|(&a, &b)| (rotation * (a - from_middle).as_dvec3()).dot((b - to_middle).as_dvec3()))
+        .sum();
+    let scale = (along / size) as f32;
+    (scale.is_finite() && scale > 0.0).then(|| Similarity { rotation: rotation.as_quat(), scale })
+}
+
+impl Frame {
+    /// The leaf frame of a piece, up to the sign of Z.
+    fn of(piece: &Mesh) -> Self {
+        let areas: Vec<Vec3> = piece.area_vectors().collect();
+        let total: f32 = areas.iter().map(|a| a.length()).sum::<f32>().max(f32::MIN_POSITIVE);
+        let corners = |i: usize| {
+            let t = &piece.indices[3 * i..3 * i + 3];
+            [t[0], t[1], t[2]].map(|corner| piece.positions[corner as usize])
+        };
+        let center: Vec3 = areas
+            .iter()
+            .enumerate()
+            .map(|(i, area)| corners(i).iter().sum::<Vec3>() / 3.0 * (area.length() / total))
+            .sum();
+        let mut up: Vec3 = areas.iter().sum();
+        if up.length() < 0.1 * total {
+            // Sides that cancel, as in a closed body or with separate back faces: take the largest.
+            up = areas
+                .iter()
+                .copied()
+                .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+                .unwrap_or(Vec3::Y);
+        }
+        let up = up.as_dvec3().normalize_or(DVec3::Y).as_vec3();
+        let (a, b) = up.any_orthonormal_pair();
+
+        // Second moments of area in the plane across `up`.
+        let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+        for (i, area) in areas.iter().enumerate() {
+            let flat =
+                corners(i).map(|p| glam::Vec2::new((p - center).dot(a), (p - center).dot(b)));
+            let sum: glam::Vec2 = flat.iter().sum();
+            let weight = area.length() / total;
+            for v in flat.into_iter().chain([sum]) {
+                aa += weight * v.x * v.x;
+                ab += weight * v.x * v.y;
+                bb += weight * v.y * v.y;
+            }
+        }
+        let angle = 0.5 * (2.0 * ab).atan2(aa - bb);
+        let elongation = ((aa - bb) * 0.5).hypot(ab) / ((aa + bb) * 0.5).max(f32::MIN_POSITIVE);
+        let mut long = a * angle.cos() + b * angle.sin();
+        if elongation < 0.05 {
+            // As wide as long: leaf pictures stand upright.
+            let upright = upright(piece);
+            long = (upright - up * upright.dot(up)).try_normalize().unwrap_or(long);
+        }
+        let axes = Mat3::from_cols(up.cross(long), up, long);
+        Self { center, orientation: Quat::from_mat3(&axes).normalize() }
+    }
+
+    fn shape(&self, piece: &Mesh) -> LeafShape {
+        let back = self.orientation.inverse();
+        // Normals that were bent for shading would be wrong on every other leaf of the shape.
+        let own = piece.face_normals();
+        let plain = piece.normals.iter().zip(&own).all(|(n, own)| n.dot(*own) > 0.5);
+        let normals = if plain { &piece.normals } else { &own };
+        LeafShape {
+            positions: piece.positions.iter().map(|&p| back * (p - self.center)).collect(),
+            normals: normals.iter().map(|&n| (back * n).normalize_or(Vec3::Y)).collect(),
+            uvs: piece.uvs.clone(),
+            indices: piece.indices.clone(),
+        }
+    }
+}
+
+/// Direction in which `v` falls, upwards in the picture; zero without texture coordinates.
+fn upright(piece: &Mesh) -> Vec3 {
+    piece
+        .indices
+        .chunks_exact(3)
+        .map(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
+            let [p, q] = [b, c].map(|i| piece.positions[i] - piece.positions[a]);
+            let [s, t] = [b, c].map(|i| piece.uvs[i] - piece.uvs[a]);
+            // p = s.x U + s.y V and q = t.x U + t.y V, solved for V times the determinant squared.
+            (p * t.x - q * s.x) * s.perp_dot(t)
+        })
+        .sum()
+}
+
+/// Points in a grid of cells, for the distance to the nearest.
+struct Points<'a> {
+    cell: f32,
+    all: &'a [Vec3],
+    cells: HashMap<[i32; 3], Vec<u32>>,
+}
+
+impl<'a> Points<'a> {
+    fn new(points: &'a [Vec3], cell: f32) -> Self {
+        let cell = cell.max(f32::MIN_POSITIVE);
+        let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
+        for (i, &point) in points.iter().enumerate() {
+            cells.entry(Self::home(point, cell)).or_default().push(i as u32);
+        }
+        Self { cell, all: points, cells }
+    }
+
+    fn home(point: Vec3, cell: f32) -> [i32; 3] {
+        (point / cell).floor().to_array().map(|x| x as i32)
+    }
+
+    /// Distance to the nearest point, of those within about one cell.
+    fn distance(&self, from: Vec3) -> Option<f32> {
+        let home = Self::home(from, self.cell);
+        (0..27)
+            .filter_map(|n| {
+                let cell = [n % 3, n / 3 % 3, n / 9];
+                self.cells.get(&std::array::from_fn(|i| home[i].saturating_add(cell[i] - 1)))
+            })
+            .flatten()
+            .map(|&i| self.all[i as usize].distance_squared(from))
+            .min_by(f32::total_cmp)
+            .map(f32::sqrt)
+    }
+}
