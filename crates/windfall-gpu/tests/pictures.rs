@@ -18,6 +18,7 @@ use windfall_gpu::{
     View, ViewState, wgpu,
 };
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
+use windfall_tree::prepare::{prepare_wood, simple_shapes};
 use windfall_tree::species::Species;
 use windfall_tree::{prepare, prepare_in_order};
 
@@ -196,6 +197,8 @@ fn pictured(solid: impl Fn(u32, u32) -> bool) -> Tree {
     for material in &mut tree.wood.materials {
         material.surface = Surface::Texture(image.clone(), true);
     }
+    tree.foliage.simple_shapes = simple_shapes(&tree.foliage);
+    prepare_wood(&mut tree.wood);
     tree
 }
 
@@ -607,7 +610,7 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
         let mut card = square();
         card.positions.iter_mut().for_each(|p| *p *= 0.06);
         tree.foliage.shapes.fill(card);
-        prepare(&mut tree);
+        tree.foliage.simple_shapes = simple_shapes(&tree.foliage);
         let (trees, forest) = lone(tree);
         let gpu = upload(&trees, &forest, &Falls::none());
         // Pixels of 0.7, 2 and 7 cm of leaves of about 5 cm.
@@ -668,6 +671,7 @@ fn cards(count: u32) -> Tree {
             ..*leaf
         };
     }
+    tree.foliage.simple_shapes = simple_shapes(&tree.foliage);
     tree
 }
 

@@ -30,13 +30,12 @@ pub struct Foliage {
     pub shed_order: Vec<u32>,
     /// Mean of the leaves' centres, metres.
     pub crown_center: Vec3,
-    /// What the crown shows of its leaves, measured in the prune order that they have. Default where the tree has
-    /// not been prepared.
+    /// Visibility of the leaves, measured in their prune order. Default if the tree has not been prepared.
     pub visibility: Visibility,
-    /// Mean shading, towards which simplified trees converge. Default where the tree has not been prepared.
+    /// Mean shading, towards which simplified trees converge. Default if the tree has not been prepared.
     pub shading: Shading,
-    /// For each shape one of two triangles for far trees, or `None` where the shape itself is drawn. Empty where
-    /// the tree has not been prepared.
+    /// For each shape one of two triangles for far trees, or `None` where the shape itself is drawn. Empty if the tree
+    /// has not been prepared.
     pub simple_shapes: Vec<Option<LeafShape>>,
 }
 
@@ -56,7 +55,7 @@ pub struct Leaf {
     /// Unit mean of the leaf's own normal and the direction from the crown's centre (Fichtner,
     /// section 4.1).
     pub bent_normal: Vec3,
-    /// Ambient light that reaches the leaf through the crown, `0..=1` (Vázquez & Balsa, 7.1); 1 where the tree has
+    /// Ambient light that reaches the leaf through the crown, `0..=1` (Vázquez & Balsa, 7.1); 1 if the tree has
     /// not been prepared.
     pub ambient: f32,
     /// Place of the leaf in [`Foliage::shed_order`].
@@ -115,8 +114,8 @@ impl LeafShape {
         })
     }
 
-    /// Area in texture coordinates: 1 of the whole picture.
-    fn area_on_picture(&self) -> f32 {
+    /// Area in texture coordinates: 1 for the whole texture.
+    fn area_on_texture(&self) -> f32 {
         self.sum(|[a, b, c]| {
             let [a, b, c] = [a, b, c].map(|i| self.uvs[i]);
             (b - a).perp_dot(c - a).abs() * 0.5
@@ -172,26 +171,26 @@ impl Foliage {
         self.mean(|leaf| 2.0 * leaf.scale * self.shapes[leaf.shape as usize].radius())
     }
 
-    /// Side of a square as large as what a leaf shows in the mean, holes and all, metres: half of its area, as of
-    /// leaves that lean in every direction alike.
+    /// Side of a square with a leaf's mean projected area, holes included, metres: half of the leaf's area, as for
+    /// normals uniform over the sphere.
     pub fn leaf_side(&self) -> f32 {
         let areas: Vec<f32> = self.shapes.iter().map(LeafShape::area).collect();
         self.mean(|leaf| 0.5 * leaf.scale * leaf.scale * areas[leaf.shape as usize]).sqrt()
     }
 
-    /// The holes in its leaves, in the mean over their areas.
+    /// Holes in the leaves, averaged over their areas.
     pub fn holes(&self) -> Holes {
         let areas: Vec<f32> = self.shapes.iter().map(LeafShape::area).collect();
-        let on_pictures: Vec<f32> = self.shapes.iter().map(LeafShape::area_on_picture).collect();
-        let of_pictures: Vec<Holes> = self.materials.iter().map(Material::holes).collect();
+        let on_textures: Vec<f32> = self.shapes.iter().map(LeafShape::area_on_texture).collect();
+        let of_textures: Vec<Holes> = self.materials.iter().map(Material::holes).collect();
         let (mut solid, mut piece, mut all) = (0.0, 0.0, 0.0);
         for leaf in &self.leaves {
             let (shape, area) =
                 (leaf.shape as usize, leaf.scale * leaf.scale * areas[leaf.shape as usize]);
-            let holes = of_pictures.get(leaf.material as usize).copied().unwrap_or(Holes::NONE);
-            // Of the part of the picture that the leaf has.
+            let holes = of_textures.get(leaf.material as usize).copied().unwrap_or(Holes::NONE);
+            // Relative to the part of the texture that the leaf has.
             let of_leaf = |share: f32| {
-                if holes == Holes::NONE { 1.0 } else { (share / on_pictures[shape]).min(1.0) }
+                if holes == Holes::NONE { 1.0 } else { (share / on_textures[shape]).min(1.0) }
             };
             solid += area * of_leaf(holes.solid);
             piece += area * of_leaf(holes.piece * holes.piece);
@@ -208,7 +207,7 @@ impl Foliage {
         self.leaves.iter().map(of).sum::<f32>() / self.leaves.len().max(1) as f32
     }
 
-    /// Keeps the first leaves in prune order, as many as `count`, in the shed order that they had.
+    /// Keeps the first `count` leaves in prune order; they keep their shed order.
     pub fn truncate(&mut self, count: usize) {
         self.leaves.truncate(count);
         self.shed_order.retain(|&leaf| (leaf as usize) < count);

@@ -3,49 +3,48 @@
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 
-/// Means over the leaves of a crown that are seen from outside, each leaf by the part of its area that others do
-/// not hide.
+/// Means over the leaves of a crown that are visible from outside, weighted by their visible area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
-    /// [`crate::foliage::Leaf::ambient`] over the leaf's place in the crown, by least squares:
-    /// [`Self::ambient_at`]. A far crown keeps its light side and its dark middle, and the mean.
+    /// [`crate::foliage::Leaf::ambient`] as a linear function of the leaf's place in the crown, fitted by least
+    /// squares: [`Self::ambient_at`]. A far crown keeps its bright outside, its dark middle and its mean.
     pub ambient: Vec3,
-    /// Mean of `n nᵀ` of the leaves' normals `n`: a third of the identity where they lean in every
-    /// direction alike.
+    /// Mean of `n nᵀ` over the leaves' normals `n`: a third of the identity where normals are uniform over the
+    /// sphere.
     pub normals: Mat3,
 }
 
 impl Default for Shading {
-    /// Leaves that lean in every direction alike, in the open.
+    /// Normals uniform over the sphere, no occlusion.
     fn default() -> Self {
         Self { ambient: Vec3::X, normals: Mat3::from_diagonal(Vec3::splat(1.0 / 3.0)) }
     }
 }
 
 impl Shading {
-    /// What leaves at a place of the crown have of the ambient light in the mean, `0..=1`; the place is
-    /// from the crown's centre, in half extents of the crown.
+    /// Mean ambient light of leaves at a place of the crown, `0..=1`; the place is relative to the crown's centre, in
+    /// half extents of the crown.
     pub fn ambient_at(&self, from_center: Vec3) -> f32 {
         self.ambient.dot(Self::place_in_crown(from_center)).clamp(0.0, 1.0)
     }
 
-    /// `E(|cos|)` between the leaves and a unit vector towards the light, over all of them.
+    /// Mean `|cos|` between the leaves' normals and a unit vector towards the light.
     ///
-    /// From the mean of the square, `q`, as `q^(ln 2 / ln 3)`: exact where all leaves lie across the
-    /// light (1), along it (0), or in every direction alike (½).
+    /// Estimated from the mean square `q` as `q^(ln 2 / ln 3)`: exact where all leaves face the
+    /// light (1), are edge on to it (0), or have normals uniform over the sphere (½).
     pub fn mean_cosine(&self, light: Vec3) -> f32 {
         light.dot(self.normals * light).clamp(0.0, 1.0).powf(Self::EXPONENT)
     }
 
-    /// What SFS, equation 5, takes for `2/π` whatever the leaves and the light: the mean cosines of
-    /// the light on the leaves that are seen, on the viewer's side and from behind; of each leaf one is
-    /// 0. `light` and `view` are unit vectors towards them.
+    /// Mean cosines of the light on the visible leaves, lit on the viewer's side and lit from behind; for each leaf
+    /// one of the two is 0. SFS, equation 5, uses `2/π` whatever the leaves and the light. `light` and `view` are unit
+    /// vectors towards them.
     ///
-    /// Of leaves that lean in every direction alike, each seen by its projected area, they are
+    /// For normals uniform over the sphere, weighted by projected area, they are
     /// `2/(3π) (sin α + (π - α) cos α)` and `2/(3π) (sin α - α cos α)`, where `α` is the angle between
-    /// light and view: of a sphere, the one is Lambert's phase function, the other that of its far side
-    /// shining through. Leaves that lean otherwise are taken for such leaves stretched: `α` is the angle after
-    /// that, and they have as much more or less as [`Self::mean_cosine`] is over or under ½.
+    /// light and view: Lambert's phase function of a sphere, and that of its far side shining through. Other
+    /// distributions are treated as a stretched sphere: `α` is the angle after stretching, and both cosines are scaled
+    /// by twice [`Self::mean_cosine`].
     pub fn mean_cosines(&self, light: Vec3, view: Vec3) -> [f32; 2] {
         let square = |a: Vec3, b: Vec3| a.dot(self.normals * b);
         let lengths = (square(light, light) * square(view, view)).sqrt();
@@ -55,7 +54,7 @@ impl Shading {
         [scale * (sine + (PI - angle) * cosine), scale * (sine - angle * cosine)]
     }
 
-    /// What ambient light is fitted over, at a place of the crown (from its centre, in half extents): 1, the
+    /// Basis of the fit of [`Self::ambient`] at a place of the crown (relative to its centre, in half extents): 1, the
     /// distance from the centre, and the height.
     pub fn place_in_crown(from_center: Vec3) -> Vec3 {
         Vec3::new(1.0, from_center.length(), from_center.y)

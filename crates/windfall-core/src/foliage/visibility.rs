@@ -3,32 +3,31 @@
 //! The numbers are measured when a tree is prepared (crate `windfall-tree`); here is what simplification
 //! computes from them. SFS: S. Fichtner, "GPU Based Stochastic Foliage Simplification".
 
-/// What a crown shows of its leaves, as far as simplification must know.
+/// Measured visibility of the leaves of a crown, for simplification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Visibility {
-    /// `r` of SFS, equation 3: the mean projected area of one leaf over the area that the crown
-    /// covers, `0..=1`. 1 for a single leaf, and for leaves of which each hides all others; 0 for a
+    /// `r` of SFS, equation 3: the mean projected area of one leaf over the projected area of the
+    /// crown, `0..=1`. 1 for a single leaf, and for leaves that each hide all others; 0 for a
     /// crown without leaves or extent.
     ///
-    /// SFS (6) estimates the numerator by `2/π` of the leaf's area, the mean of a cosine over
-    /// *angles*. Leaves that lean in all directions of space alike show `½`, and real ones what they
-    /// show: here both areas are counted in the same pictures.
+    /// SFS (6) estimates the numerator as `2/π` of the leaf's area, the mean of a cosine over
+    /// *angles*. Over directions in space the mean is `½`, and real leaves differ from both: here both
+    /// areas are counted in the same renders.
     pub share: f32,
-    /// Factors on `s` of equation 3, above 0 and mostly below 1, with which survivors cover what the
-    /// whole crown does where a quarter of them is left, a sixteenth, and a 64th.
+    /// Factors on `s` of equation 3, above 0 and mostly below 1, that make a quarter, a sixteenth and a 64th of
+    /// the leaves cover as much as the whole crown does.
     ///
-    /// Equation 3 takes leaves to be strewn over the crown by chance. Those of real crowns stand in
-    /// clusters with gaps between, into which survivors grow; and an order that spreads survivors, or
-    /// has the outermost first, leaves them free of each other. It is measured in the prune order that
-    /// the leaves have, down to 16 of them; below, the last stands.
+    /// Equation 3 assumes that leaves are scattered at random. In real crowns they stand in
+    /// clusters with gaps between, into which survivors grow; and a prune order that spreads survivors, or
+    /// puts the outermost first, makes them overlap less. Measured in the prune order that
+    /// the leaves have, down to 16 leaves; below that, the last factor is kept.
     pub disocclusion: [f32; 3],
-    /// Shares of the sunlight that survivors find, half to all, with which those that are seen have as much of it in
-    /// the mean as what is seen of the whole crown, where a quarter of them is left, a sixteenth, and a 64th.
+    /// Factors on the sunlight of survivors, `½..=1`, that give the visible ones the same mean sunlight as the visible
+    /// part of the whole crown, at a quarter, a sixteenth and a 64th of the leaves.
     ///
-    /// Leaves shade each other. Of fewer, larger ones each stands for many that lie partly in the shade of
-    /// others, and itself finds light beyond those: the more so, the larger leaves are in their crown. 1 where
-    /// leaves have no pictures: lit once, in the mean of their corners, those were measured to have what they
-    /// should.
+    /// Leaves shade each other. A survivor stands for many leaves that are partly in shade, but reaches beyond them
+    /// into the light itself: the more so, the larger leaves are compared with their crown. 1 where
+    /// leaves have no textures: those are lit once, by the mean of their corners, which was measured to be right.
     pub sunlight: [f32; 3],
 }
 
@@ -40,25 +39,25 @@ impl Default for Visibility {
 }
 
 impl Visibility {
-    /// Shares of the leaves at which factors are measured.
+    /// Shares of the leaves at which the factors are measured.
     pub const MEASURED: [f32; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
-    /// [`Self::disocclusion`] of leaves that are strewn by chance.
+    /// [`Self::disocclusion`] of leaves that are scattered at random; also the neutral [`Self::sunlight`].
     pub const BY_CHANCE: [f32; 3] = [1.0; 3];
 
-    /// A factor at `lambda`: straight over its logarithm.
+    /// A factor at `lambda`, interpolated linearly in its logarithm.
     fn factor([a, b, c]: [f32; 3], lambda: f32) -> f32 {
         let quarters = -0.5 * lambda.log2();
         let step = |i: f32| (quarters - i).clamp(0.0, 1.0);
         1.0 + step(0.0) * (a - 1.0) + step(1.0) * (b - a) + step(2.0) * (c - b)
     }
 
-    /// The factor on the area of those that are left when `lambda` of them are, at least 1:
-    /// [`area_scale`] as this crown needs it.
+    /// Factor on the area of survivors when the share `lambda` of the leaves is drawn, at least 1:
+    /// [`area_scale`] corrected for this crown.
     pub fn area_scale(&self, lambda: f32) -> f32 {
         (area_scale(lambda, self.share) * Self::factor(self.disocclusion, lambda)).max(1.0)
     }
 
-    /// The `λ` at which [`Self::area_scale`] is `s`, at most 1; 0 where it never is.
+    /// Inverse of [`Self::area_scale`]: the `λ` at which it is `s`, at most 1; 0 if it never is.
     pub fn share_for(&self, s: f32) -> f32 {
         let mut lambda = 1.0f32;
         // Each round leaves less than 0.9 of the error, mostly a fifth.
@@ -73,14 +72,14 @@ impl Visibility {
     }
 }
 
-/// `s` of equation 3: the factor on the area of those that are left when `lambda` of them are, each
-/// of which shows the share `r` of the whole's visible area. 1 for `λ = 1`; at most `1/r`.
+/// `s` of equation 3: factor on the area of survivors when the share `lambda` of the leaves is drawn and one leaf
+/// shows the share `r` of the crown's visible area. 1 for `λ = 1`; at most `1/r`.
 pub fn area_scale(lambda: f32, r: f32) -> f32 {
     let (lambda, r) = (f64::from(lambda), f64::from(r.clamp(1e-9, 0.999)));
     (-((-r).ln_1p() / lambda).exp_m1() / r) as f32
 }
 
-/// The `λ` at which [`area_scale`] is `s`, at most 1; 0 where it never is.
+/// Inverse of [`area_scale`]: the `λ` at which it is `s`, at most 1; 0 if it never is.
 pub fn share_for(s: f32, r: f32) -> f32 {
     let (s, r) = (f64::from(s), f64::from(r.clamp(1e-9, 0.999)));
     if s * r >= 1.0 {

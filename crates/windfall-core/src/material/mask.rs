@@ -6,9 +6,9 @@ use glam::Vec2;
 /// The holes that a texture leaves in the cards that carry it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holes {
-    /// Share of a card that is there, `0..=1`.
+    /// Share of a card that is not a hole, `0..=1`.
     pub solid: f32,
-    /// Side of the pieces that holes leave, over the card's, `0..=1`.
+    /// Side of the pieces between holes, relative to the card's, `0..=1`.
     pub piece: f32,
 }
 
@@ -29,7 +29,7 @@ impl Material {
 pub struct Mask<'a> {
     image: &'a Image,
     repeat: bool,
-    /// Of a byte of alpha.
+    /// In units of a byte of alpha.
     cutoff: f32,
 }
 

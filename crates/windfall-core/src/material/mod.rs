@@ -26,13 +26,13 @@ pub struct Material {
 pub enum Surface {
     /// The material's base colour alone.
     Plain,
-    /// A picture, repeated (`true`) or clamped (`false`) beyond its edges.
+    /// A texture, repeated (`true`) or clamped (`false`) beyond its edges.
     Texture(Image, bool),
     /// Bark, drawn by the shader.
     Bark(Bark),
 }
 
-/// Bark without a picture: two colours and a pattern that the shader draws.
+/// Bark without a texture: two colours and a pattern that the shader draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bark {
     /// Linear colour of the ridges.
@@ -58,7 +58,7 @@ pub enum BarkPattern {
     Papery,
 }
 
-/// A picture: rows from the top, four bytes a pixel, sRGB colour with straight alpha.
+/// An image: rows from the top, four bytes a pixel, sRGB colour with straight alpha.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Image {
     /// Pixels in a row; at least 1.

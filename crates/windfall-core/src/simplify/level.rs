@@ -25,7 +25,7 @@ impl Level {
     pub const FULL: Self = Self { lambda: 1.0, radius: 0.0, growth: 1.0, contrast: 1.0 };
 }
 
-/// What a level depends on.
+/// A tree as a camera sees it: what its level of detail depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// From the camera to the tree's centre, metres.
@@ -36,13 +36,13 @@ pub struct Seen {
     pub radius: f32,
     /// Length of a leaf of the tree, metres.
     pub leaf_length: f32,
-    /// Side of a square as large as what a leaf shows in the mean, metres ([`Foliage::leaf_side`]).
+    /// Side of a square with a leaf's mean projected area, metres ([`Foliage::leaf_side`]).
     ///
     /// [`Foliage::leaf_side`]: crate::foliage::Foliage::leaf_side
     pub leaf_side: f32,
     /// The holes in it.
     pub holes: Holes,
-    /// How much of the tree's crown a leaf shows.
+    /// Visibility of its leaves.
     pub visibility: Visibility,
 }
 

@@ -2,20 +2,20 @@
 
 use crate::foliage::LeafShape;
 
-/// Trees of which a smaller share of the leaves is drawn than this, those that fade included, are drawn
-/// with simple shapes however large: `2^-1/4`, the first step of the lists that trees are drawn in.
+/// Trees drawn with a smaller share of their leaves than this, fading ones included, use simple shapes at any size:
+/// `2^-1/4`, the first step between LOD bins.
 pub const SIMPLE_BELOW: f32 = 0.840_896_4;
 
-/// Up to how many times [`super::Simplification::leaf_pixels`] leaves are lit at their vertices: at 25 pixels
-/// no more is lost of a leaf than its veins and blotches.
+/// Leaves are lit at their vertices up to this many times [`super::Simplification::leaf_pixels`]: at 25 pixels only
+/// veins and blotches are lost.
 pub const LIT_AT_VERTICES: f32 = 2.5;
 
-/// How far from a simplified leaf's centre light is looked for, over how far its corners are. Fewer leaves
-/// stand for what shades each of many: each for as much of the crown about it as that.
+/// Distance from a simplified leaf's centre at which its shadow is sampled, relative to the distance of its corners.
+/// A survivor stands for many leaves, so it takes the mean shadow of a larger part of the crown.
 pub const SHADE_SPREAD: f32 = 2.5;
 
-/// A shape of at most two triangles that share an edge, with four vertices in such an order that the
-/// triangles are 0, 1, 2 and 0, 2, 3; of one triangle the last two are the same. `None` for any other.
+/// Reorders a shape of one triangle, or of two that share an edge, into four vertices whose triangles are 0, 1, 2 and
+/// 0, 2, 3. A single triangle repeats its last vertex. `None` for any other shape.
 pub fn as_quad(shape: &LeafShape) -> Option<LeafShape> {
     let [a, b, c, d] = match *shape.indices.as_slice() {
         [a, b, c] => [a, b, c, c],

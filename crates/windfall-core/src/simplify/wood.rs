@@ -5,11 +5,11 @@
 pub struct WoodLevel {
     /// Triangles, three indices each into the vertices of the wood, which are moved by [`Branch::widening`].
     pub indices: Vec<u32>,
-    /// From which error on the level is good enough, metres: half of what may be seen of it.
+    /// Smallest error from which on the level may be drawn, metres: half the size of a pixel at its distance.
     pub error: f32,
 }
 
-/// A piece of the wood that hangs together, such as a stem, limb or twig.
+/// A connected piece of the wood, such as a stem, limb or twig.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branch {
     /// Mean radius, metres.
@@ -23,13 +23,12 @@ pub struct Branch {
 pub const WOOD_FADE: f32 = 0.2;
 
 impl Branch {
-    /// How far a vertex of the branch moves along its normal, metres, where the wood is drawn with an
-    /// error of `error` metres, half a pixel say: so that it is as wide as twice that, a pixel, or
-    /// nothing is left of it.
+    /// Displacement of the branch's vertices along their normals, metres, when the wood is drawn with an error of
+    /// `error` metres, such as half a pixel: it makes the branch at least twice that wide, or shrinks it to nothing.
     ///
-    /// Branches thinner than a pixel are drawn as wide as one, as many fewer: the stochastic
+    /// Branches thinner than a pixel are drawn one pixel wide, and proportionally fewer of them: the stochastic
     /// simplification of Cook et al. 2007 (SFS, equations 3 and 6) for twigs. Without it they would
-    /// vanish all at once, and bare trees lose their crowns.
+    /// all vanish at once, and bare trees would lose their crowns.
     pub fn widening(&self, error: f32) -> f32 {
         let left = ((1.0 + WOOD_FADE - error / self.vanishes) / (2.0 * WOOD_FADE)).clamp(0.0, 1.0);
         self.radius.max(error) * left - self.radius

@@ -19,7 +19,7 @@ pub struct Tree {
     pub foliage: Foliage,
 }
 
-/// Trunk and branches: one indexed triangle mesh, in levels of detail where the tree has been prepared.
+/// Trunk and branches: one indexed triangle mesh, with levels of detail if the tree has been prepared.
 #[derive(Debug, Clone, Default)]
 pub struct Wood {
     /// Vertices; every index refers to one of them.
@@ -29,14 +29,13 @@ pub struct Wood {
     /// What the vertices' `material` refers to.
     pub materials: Vec<Material>,
     /// Levels of detail, finest first: the mesh itself with error 0, then each with at most 0.7 times the triangles of
-    /// the one before it and a larger error, down to a few dozen. Empty where the tree has not been prepared: it is
+    /// the one before it and a larger error, down to a few dozen. Empty if the tree has not been prepared: it is
     /// drawn in full.
     pub levels: Vec<WoodLevel>,
-    /// The branch that each of the vertices is of; empty where the tree has not been prepared.
+    /// The branch of each vertex; empty if the tree has not been prepared.
     pub branches: Vec<Branch>,
-    /// Whether all but a hundredth of the surface is of tubes that face outward, open ends or not, so that back
-    /// faces are always hidden. Real exports have mixed winding, and sheets. `false` where the tree has not been
-    /// prepared.
+    /// Whether at least 99% of the surface are tubes that face outward, open ends or not, so that back faces are always
+    /// hidden. Real exports have mixed winding, and sheets. `false` if the tree has not been prepared.
     pub outward: bool,
 }
 

@@ -1,7 +1,7 @@
-//! Small pictures of a crown, on the CPU: which leaf is nearest in each pixel.
+//! Small renders of a crown on the CPU: the nearest leaf of each pixel.
 //!
-//! Orthographic, a sample in the middle of each pixel, masks respected, wood left out. They are only counted:
-//! a leaf has a few pixels, in each of many directions.
+//! Orthographic, one sample in the middle of each pixel, with alpha masks and without wood. Pixels are only counted:
+//! a leaf covers a few in each of many directions.
 
 use glam::{Mat3, Vec2, Vec3};
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
@@ -14,12 +14,12 @@ const SIZES: (f32, f32) = (96.0, 256.0);
 /// No leaf.
 const NONE: u32 = u32::MAX;
 
-/// Pixels of one leaf, over all pictures.
+/// Pixels of one leaf, over all renders.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Count {
-    /// With all others taken away.
+    /// Covered by the leaf, hidden or not.
     pub drawn: u32,
-    /// That no other hides.
+    /// In which the leaf is nearest.
     pub seen: u32,
 }
 
@@ -32,7 +32,7 @@ impl Count {
     }
 }
 
-/// A square picture of a crown: which leaf is nearest in each pixel.
+/// A square render of a crown: depth and the nearest leaf of each pixel.
 pub(super) struct Film {
     size: usize,
     center: Vec3,
@@ -40,7 +40,7 @@ pub(super) struct Film {
     scale: f32,
     depth: Vec<f32>,
     nearest: Vec<u32>,
-    /// The leaf that was last drawn over a pixel: one with a back is counted once.
+    /// The leaf last drawn over a pixel, so that a leaf with a back side is counted once.
     last: Vec<u32>,
 }
 

@@ -10,9 +10,9 @@
 //! | [`Foliage::visibility`] | [`visibility`], in the prune order that the leaves have |
 //! | [`Wood::levels`], [`Wood::branches`], [`Wood::outward`] | [`prepare_wood`] |
 //!
-//! Trees that are imported or grown by this crate are prepared already. A tree put together by hand
-//! ([`Foliage::assemble`]) is drawn without simplification until it has been; and one whose leaves or wood were edited
-//! is prepared again. Moving and scaling keep a tree prepared.
+//! Trees that this crate imports or grows are prepared already. A tree assembled by hand ([`Foliage::assemble`]) is
+//! drawn in full until it is prepared. After editing leaves or wood, prepare the tree again; after moving or scaling
+//! it, there is no need.
 //!
 //! [`Leaf::ambient`]: windfall_core::foliage::Leaf::ambient
 //! [`Wood::levels`]: windfall_core::tree::Wood::levels
@@ -38,7 +38,7 @@ use windfall_core::foliage::Foliage;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 
-/// Prepares a tree whose leaves are in the prune order that they are to have. About 0.3 s for a tree of 10,000 leaves.
+/// Prepares a tree in the prune order that its leaves have.
 pub fn prepare(tree: &mut Tree) {
     finish(tree, None, |_| {});
 }
@@ -49,11 +49,10 @@ pub fn prepare_in_order(tree: &mut Tree, order: PruneOrder, seed: u32) {
     finish(tree, Some((order, seed)), |_| {});
 }
 
-/// Prepares a tree that `place` moves and scales, in a prune order with its seed, or in the order that the leaves
-/// have.
+/// Prepares a tree in a prune order with its seed, or in the order that its leaves have; `place` moves and scales it.
 ///
-/// What does not depend on the prune order is measured before anything moves: sums of floats, and leaves at one depth,
-/// come out differently in another order of leaves or in another place, and a tree's light is not to depend on those.
+/// What does not depend on the prune order is measured before the leaves are reordered or moved. Rounding, and the
+/// winner among leaves at the same depth, depend on both; a tree's shading must not.
 pub(crate) fn finish(
     tree: &mut Tree,
     order: Option<(PruneOrder, u32)>,

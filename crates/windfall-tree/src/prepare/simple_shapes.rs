@@ -1,4 +1,4 @@
-//! Leaf shapes in few triangles: all that a leaf needs whose outline is a few pixels wide.
+//! Leaf shapes in two triangles, for leaves a few pixels wide.
 
 use super::visibility::sky;
 use glam::Vec3;
@@ -8,10 +8,9 @@ use windfall_core::simplify::as_quad;
 /// From which an outline is looked at: from the opposite one it is the same.
 const DIRECTIONS: usize = 64;
 
-/// For each shape of a foliage one of two triangles that covers as much in the mean over all directions,
-/// about the same centre, for trees so far away that they are simplified: there a leaf is a few pixels
-/// wide, and its vertices are most of what it costs. `None` where a shape has holes, or would not come
-/// down to two thirds of its triangles.
+/// Computes [`Foliage::simple_shapes`]: for each shape one of two triangles with the same mean projected area, about
+/// the same centre. For simplified trees, where a leaf is a few pixels wide and its vertices are most of its cost.
+/// `None` where a shape has holes, or would keep more than two thirds of its triangles.
 ///
 /// Edges collapse where that changes the outline the least (M. Garland, P. Heckbert, "Surface
 /// Simplification Using Quadric Error Metrics", SIGGRAPH 1997, as meshoptimizer has it). In browsers,

@@ -1,4 +1,4 @@
-//! How much of the sun reaches what is seen of a crown, whole and simplified: shadow maps on the CPU.
+//! Mean sunlight on the visible leaves of a crown, whole and simplified, by shadow maps on the CPU.
 
 use super::film::{Film, Shadow};
 use super::simple_shapes;
@@ -11,7 +11,7 @@ use windfall_core::simplify::{SHADE_SPREAD, Visibility};
 /// Unit vectors towards the sun: 25 degrees high, and 50.
 const SUNS: [Vec3; 2] = [Vec3::new(0.748, 0.423, 0.512), Vec3::new(-0.642, 0.766, 0.022)];
 
-/// [`Visibility::sunlight`] of a crown of which the rest is known.
+/// [`Visibility::sunlight`], given the rest of the crown's visibility.
 pub(super) fn factors(foliage: &Foliage, seen: &Visibility) -> [f32; 3] {
     let Some(mut film) = Film::finest(foliage, 4.0) else { return Visibility::BY_CHANCE };
     let shapes = far_shapes(foliage);
@@ -67,8 +67,8 @@ fn of_leaves(
     lit / f32::max(all, 1.0)
 }
 
-/// The shapes that far leaves are drawn with: the simple ones where there are, measured here for a foliage that has
-/// not been prepared.
+/// The shapes that far leaves are drawn with: the simple ones where they exist, computed here for an unprepared
+/// foliage.
 fn far_shapes(foliage: &Foliage) -> Vec<LeafShape> {
     let simple = if foliage.simple_shapes.is_empty() {
         Cow::Owned(simple_shapes(foliage))

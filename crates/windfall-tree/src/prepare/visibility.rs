@@ -12,9 +12,9 @@ const SKY: usize = 32;
 /// Fewer leaves than these are not measured: what a few show is chance.
 pub(super) const FEW: usize = 16;
 
-/// Measures [`Foliage::visibility`] in the prune order that the leaves have: looks at the crown from five
-/// directions, three of them at the horizon. About 40 ms for 10,000
-/// leaves of ten triangles; 0.2 s for 5,000 cards with pictures, of which the sunlight is measured too.
+/// Measures [`Foliage::visibility`] in the prune order that the leaves have, by renders from five directions, three
+/// of them at the horizon. About 40 ms for 10,000 leaves of ten triangles; 0.2 s for 5,000 textured cards, whose
+/// sunlight is measured too.
 pub fn visibility(foliage: &Foliage) -> Visibility {
     let all = foliage.leaves.len();
     let Some(mut film) = Film::around(foliage, 4.0) else { return Visibility::default() };
@@ -54,7 +54,7 @@ pub fn visibility(foliage: &Foliage) -> Visibility {
     found
 }
 
-/// The area of each leaf that others do not hide, square metres, in prune order: the mean over
+/// Visible area of each leaf, square metres, in prune order: projected, not hidden by other leaves, the mean over
 /// [`sides`].
 pub fn visible_areas(foliage: &Foliage) -> Vec<f32> {
     let sides = sides();
@@ -85,12 +85,10 @@ fn seen_parts(count: &[Count]) -> impl Iterator<Item = f32> {
     count.iter().map(move |c| if c.drawn > 0 { c.seen as f32 / c.drawn as f32 } else { mean })
 }
 
-/// How much of the sky each leaf sees through the crown, `0..=1`, in prune order: of what it turns
-/// to a sky of even brightness, with either side, the part that other leaves do not hide. It is
-/// ambient occlusion per leaf from depth renders of the crown (P.-P. Vázquez and M. Balsa,
-/// "Rendering Falling Leaves on Graphics Hardware", 2008, section 7.1), and may serve as
-/// [`Leaf::ambient`]. About 0.1 s for 10,000 leaves of ten
-/// triangles.
+/// Ambient occlusion of each leaf, `0..=1`, in prune order: the part of its area, as seen from a sky of even
+/// brightness on either side, that other leaves do not hide. From depth renders of the crown (P.-P. Vázquez and
+/// M. Balsa, "Rendering Falling Leaves on Graphics Hardware", 2008, section 7.1); it becomes [`Leaf::ambient`]. About
+/// 0.1 s for 10,000 leaves of ten triangles.
 pub fn openness(foliage: &Foliage) -> Vec<f32> {
     let Some(mut film) = Film::around(foliage, 1.0) else {
         return vec![1.0; foliage.leaves.len()];
@@ -98,8 +96,8 @@ pub fn openness(foliage: &Foliage) -> Vec<f32> {
     seen_parts(&film.count(foliage, foliage.leaves.len(), 1.0, &sky(SKY))).collect()
 }
 
-/// Unit directions from the crown to where it is looked at from: eight at the horizon, four a third
-/// of the way up, one above. An outline is the same from the opposite side.
+/// Unit directions from the crown to the cameras: eight at the horizon, four a third of the way up, one above. An
+/// outline is the same from the opposite side.
 pub fn sides() -> [Vec3; 13] {
     let ring = |turn: f32, height: f32| {
         let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
