@@ -28,7 +28,7 @@ Examples:
   windfall simplify my_oak.glb --lambda 0.1 --out far_oak.glb
   windfall path simulate --species maple --seconds 8 --out maple.path
 
-Environment: WGPU_BACKEND (vulkan, metal, dx12, gl) and WGPU_ADAPTER_NAME choose the GPU,
+Environment: WGPU_BACKEND (vulkan, metal, dx12) and WGPU_ADAPTER_NAME choose the GPU,
 RUST_LOG the log (info, debug), NO_COLOR switches colours off.";
 
 #[derive(Parser)]
@@ -55,6 +55,7 @@ enum Command {
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
     /// Measure what falling leaves cost on this machine's GPU
+    #[cfg(any())]
     Bench(Box<windfall_bench::Args>),
     /// List the built-in scenes
     Scenes {
@@ -83,6 +84,7 @@ fn main() -> ExitCode {
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
+        #[cfg(any())]
         Command::Bench(args) => windfall_bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
         Command::Completions { shell } => completions(shell),

@@ -8,16 +8,18 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use windfall_core::simplify::PruneOrder;
+use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_core::tree::Tree;
-use windfall_core::tree::species::Species;
 use windfall_gpu::{
-    Canvas, Capture, CountLeaves, Culling, Elimination, GpuForest, Renderer, Show, SkyPicture,
-    Strategy, Target, View,
+    Capture, CountReadback, DebugView, Light, Moment, Options, Picture, PictureTargets, Recording,
+    Renderer, SkyMap, SkyPicture, View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
-use windfall_scenes::{Scene, Source, Stage, TreeEntry};
+use windfall_scenes::{
+    Culling, Elimination, PlantedStage, QualityPreset, Scene, Source, Stage, Strategy, TreeEntry,
+};
+use windfall_tree::Species;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
@@ -51,7 +53,7 @@ pub struct Args {
     size: Option<(u32, u32)>,
     /// Moment of a still, seconds
     #[arg(long, value_name = "S", conflicts_with = "frames")]
-    time: Option<f32>,
+    time: Option<f64>,
     /// Frames of a film, first and last
     #[arg(long, value_name = "A-B", value_parser = parse_frames)]
     frames: Option<(u32, u32)>,
@@ -76,7 +78,7 @@ pub struct Args {
     leaf_occlusion: Option<bool>,
     /// What the picture may cost: low, medium or high
     #[arg(long, value_name = "NAME")]
-    quality: Option<String>,
+    quality: Option<QualityPreset>,
     /// Equirectangular picture of the sky, .hdr or .exr, as background and ambient light
     #[arg(long, value_name = "FILE")]
     sky: Option<String>,
@@ -102,7 +104,7 @@ pub struct Args {
     /// or detail (of the trees, red to blue), or occlusion (of leaves in the air: drawn green, tested
     /// blue, skipped red)
     #[arg(long, value_name = "NAME", default_value_t)]
-    view: Show,
+    view: DebugView,
     /// Print one JSON object of what was drawn and how long it took
     #[arg(long)]
     json: bool,
@@ -141,7 +143,7 @@ struct Report {
 #[derive(Serialize)]
 struct FrameReport {
     frame: u32,
-    time: f32,
+    time: f64,
     trees: u64,
     trees_visible: u64,
     leaves_total: u64,
@@ -198,7 +200,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         stage.keep_falling(count);
     }
     let sky = scene.sky.picture.as_ref().map(|f| crate::sky::read(&folder.join(f))).transpose()?;
-    let painter = Painter::new(&gpu, &stage, scene.size, sky);
+    let mut pictures = Pictures::new(&gpu, &stage, scene.size, sky.as_ref())?;
     gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
@@ -210,7 +212,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             continue;
         }
         let view = View { show: args.view, ..scene.view(time, &stage.forest.terrain) };
-        let (rgba, report) = painter.paint(&mut gpu, &view, frame)?;
+        let (rgba, report) = pictures.draw(&mut gpu, view, (frame, time))?;
         let image = RgbaImage { width: scene.size.0, height: scene.size.1, rgba: &rgba };
         match (&output, &mut film, path) {
             (_, Some(film), _) => film.add(&image)?,
@@ -267,36 +269,28 @@ impl Args {
         scene.time = self.time.unwrap_or(scene.time);
         scene.fps = self.fps.unwrap_or(scene.fps);
         scene.seed = self.seed.unwrap_or(scene.seed);
-        if let Some(strategy) = self.strategy {
-            scene.strategy = strategy.to_string();
-        }
-        if let Some(quality) = &self.quality {
-            scene.quality.clone_from(quality);
-        }
+        scene.strategy = self.strategy.unwrap_or(scene.strategy);
+        scene.quality = self.quality.unwrap_or(scene.quality);
         if let Some(sky) = &self.sky {
             // Relative to where the user stands, whatever folder the scene is in.
             let path = std::path::absolute(sky).with_context(|| format!("--sky {sky}"))?;
             let path = path.to_str().with_context(|| format!("--sky {sky}: not UTF-8"))?;
             scene.sky.picture = Some(path.to_owned());
         }
-        if let Some(order) = self.prune_order {
-            scene.prune_order = order.to_string();
-        }
-        if let Some(elimination) = self.elimination {
-            scene.elimination = elimination.to_string();
-        }
+        scene.prune_order = self.prune_order.unwrap_or(scene.prune_order);
+        scene.elimination = self.elimination.unwrap_or(scene.elimination);
         scene.leaf_occlusion = self.leaf_occlusion.unwrap_or(scene.leaf_occlusion);
-        if self.view == Show::Occlusion && !scene.leaf_occlusion {
+        if self.view == DebugView::Occlusion && !scene.leaf_occlusion {
             bail!("--view occlusion: shows leaf occlusion; add --leaf-occlusion on");
         }
-        if let Some(culling) = self.culling {
-            scene.culling = culling.to_string();
-        }
+        scene.culling = self.culling.unwrap_or(scene.culling);
         scene.detail.h = self.h.unwrap_or(scene.detail.h);
         if let Some(d0) = self.d0 {
-            (scene.detail.d0, scene.detail.b0) = (d0, None);
+            scene.detail.reduction = Reduction::Distance { d0 };
         }
-        scene.detail.b0 = self.b0.or(scene.detail.b0);
+        if let Some(b0) = self.b0 {
+            scene.detail.reduction = Reduction::ProjectedArea { b0 };
+        }
         scene.check(file)?;
         Ok(scene)
     }
@@ -318,7 +312,7 @@ impl Args {
     }
 
     /// The frames to draw and their moments.
-    fn moments(&self, scene: &Scene, output: &Output) -> anyhow::Result<Vec<(u32, f32)>> {
+    fn moments(&self, scene: &Scene, output: &Output) -> anyhow::Result<Vec<(u32, f64)>> {
         let film = !matches!(output, Output::Png(_));
         Ok(match self.frames {
             Some((first, last)) if !film && first != last => {
@@ -333,7 +327,7 @@ impl Args {
             None if film => {
                 (scene.frames.0..=scene.frames.1).map(|f| (f, scene.frame_time(f))).collect()
             }
-            None => vec![((scene.time * scene.fps).max(0.0) as u32, scene.time)],
+            None => vec![((scene.time * f64::from(scene.fps)).max(0.0) as u32, scene.time)],
         })
     }
 }
@@ -350,90 +344,80 @@ fn progress_bar(frames: u64) -> ProgressBar {
 }
 
 /// Draws moments of one stage.
-struct Painter {
+struct Pictures {
     renderer: Renderer,
-    forest: GpuForest,
-    canvas: Canvas,
+    planted: PlantedStage,
+    state: ViewState,
+    targets: PictureTargets,
     texture: wgpu::Texture,
+    sky: Option<SkyMap>,
 }
 
-impl Painter {
-    fn new(gpu: &Gpu, stage: &Stage, (width, height): (u32, u32), sky: Option<SkyPicture>) -> Self {
-        let mut renderer = Renderer::new(&gpu.device, FORMAT);
-        if let Some(sky) = sky {
-            renderer.set_sky(&gpu.device, &gpu.queue, sky);
-        }
-        let forest = GpuForest::with_falls(
-            &gpu.device,
-            &gpu.queue,
-            &renderer,
-            &stage.trees,
-            &stage.forest,
-            &stage.falls,
-        );
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("picture"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let canvas = renderer.canvas(&gpu.device, width, height);
-        Self { renderer, forest, canvas, texture }
+impl Pictures {
+    fn new(
+        gpu: &Gpu,
+        stage: &Stage,
+        (width, height): (u32, u32),
+        sky: Option<&SkyPicture>,
+    ) -> anyhow::Result<Self> {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let renderer = Renderer::new(device, &Options::picture(FORMAT))?;
+        let sky = sky.map(|sky| SkyMap::new(device, queue, sky));
+        let planted = stage.upload(device, queue)?;
+        let state = renderer.view(&planted.forest);
+        let targets = renderer.targets(width, height)?;
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = Capture::texture(device, size, FORMAT);
+        Ok(Self { renderer, planted, state, targets, texture, sky })
     }
 
-    fn paint(
-        &self,
+    fn draw(
+        &mut self,
         gpu: &mut Gpu,
-        view: &View,
-        frame: u32,
+        mut view: View,
+        (frame, time): (u32, f64),
     ) -> anyhow::Result<(Vec<u8>, FrameReport)> {
+        if let Light::Sky(_, map) = &mut view.light {
+            map.clone_from(&self.sky);
+        }
         let start = Instant::now();
-        let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let picture = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let target = Target { canvas: &self.canvas, picture: &picture };
-        let stats = self.renderer.render(
-            &gpu.queue,
-            &mut encoder,
-            &gpu.profiler,
-            &self.forest,
-            view,
-            target,
-        );
-        let capture = Capture::encode(&gpu.device, &mut encoder, &self.texture);
-        let count = CountLeaves::encode(&gpu.device, &mut encoder, &self.forest);
+        let Self { renderer, planted, state, targets, texture, .. } = self;
+        let forest = &mut planted.forest;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let output = texture.create_view(&Default::default());
+        let mut recording =
+            Recording { queue: &gpu.queue, encoder: &mut encoder, timing: gpu.timing() };
+        renderer.advance(&mut recording, forest, Moment::of(time, &view))?;
+        let picture = Picture { targets, output: &output, layers: &mut [] };
+        renderer.render(&mut recording, forest, state, &view, picture)?;
+        let capture = Capture::encode(&gpu.device, &mut encoder, texture);
+        let counts = CountReadback::encode(&gpu.device, &mut encoder, forest, state)
+            .context("nothing was drawn")?;
         gpu.profiler.resolve_queries(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
         gpu.profiler.end_frame().context("timers")?;
         capture.map();
-        count.map();
+        counts.map();
         gpu.wait()?;
-        gpu.check()?;
-        let leaves = count.take().context("the counts did not arrive")??;
+        let counts = counts.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
-        // Counted on the GPU by one strategy and on the CPU by the others, never by both.
-        let trees = if leaves.trees.visible > 0 { leaves.trees } else { stats.drawn };
+        let (totals, trees) = (forest.totals(), counts.trees);
         let report = FrameReport {
             frame,
-            time: view.time,
-            trees: stats.trees,
+            time,
+            trees: totals.trees,
             trees_visible: trees.visible,
-            leaves_total: stats.leaves_total,
+            leaves_total: totals.leaves,
             leaves_hanging_drawn: trees.leaves_hanging,
-            leaves_falling: u64::from(leaves.falling) + stats.leaves_falling,
-            leaves_falling_drawn: u64::from(leaves.falling_drawn)
-                + stats.leaves_falling.saturating_sub(u64::from(leaves.skipped)),
-            leaves_landed: u64::from(leaves.landed) + stats.leaves_landed,
-            leaves_eliminated: stats.leaves_eliminated,
-            leaves_checked: stats.leaves_checked,
-            leaves_tested: leaves.tested,
-            leaves_skipped: leaves.skipped,
-            triangles_full: stats.triangles_full,
+            leaves_falling: u64::from(counts.falling),
+            leaves_falling_drawn: u64::from(counts.falling_drawn),
+            leaves_landed: u64::from(counts.landed),
+            leaves_eliminated: 0,
+            leaves_checked: 0,
+            leaves_tested: 0,
+            leaves_skipped: 0,
+            triangles_full: totals.triangles,
             triangles_drawn: trees.triangles,
             lambda_total: trees.lambda_total(),
             cpu_ms,

@@ -4,10 +4,11 @@ use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::simplify::{PruneOrder, SimpleWood, WoodLevel};
-use windfall_core::tree::{Tree, export_glb, export_glb_in_prune_order};
+use windfall_core::simplify::{PruneOrder, WoodLevel};
+use windfall_core::tree::Tree;
 use windfall_host::file::write_atomic;
 use windfall_host::tree::read_or_grow;
+use windfall_tree::{export_glb, export_glb_in_prune_order, set_prune_order};
 
 /// Arguments of `windfall simplify`.
 #[derive(clap::Args)]
@@ -91,7 +92,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut tree = read_or_grow(&args.tree, args.seed, &args.leaves, args.height)?;
     let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
     let leaf_triangles_full = tree.foliage.triangle_count();
-    tree.foliage.set_prune_order(args.prune_order, args.seed);
+    set_prune_order(&mut tree.foliage, args.prune_order, args.seed);
     let seen = tree.foliage.visibility;
     let leaves = ((lambda * leaves_full as f32).round() as usize).clamp(1, leaves_full.max(1));
     let lambda = leaves as f32 / leaves_full.max(1) as f32;
@@ -140,12 +141,11 @@ fn simplify_wood(tree: &mut Tree, wood: WoodAs, share: f32) -> f32 {
         WoodAs::Simplified => {
             let target = share * tree.wood.indices.len().max(1) as f32;
             let off = |level: &WoodLevel| (level.indices.len().max(1) as f32 / target).ln().abs();
-            let simple = SimpleWood::new(&tree.wood);
-            let levels = simple.levels.iter().enumerate();
+            let levels = tree.wood.levels.iter().enumerate();
             let nearest = levels.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
-            let Some((nearest, level)) = nearest else { return 0.0 };
-            tree.wood = simple.baked(&tree.wood, nearest);
-            level.error
+            let Some((nearest, &WoodLevel { error, .. })) = nearest else { return 0.0 };
+            tree.wood = tree.wood.baked(nearest);
+            error
         }
     }
 }

@@ -3,10 +3,10 @@
 use anyhow::Context;
 use std::io::Write;
 use std::path::PathBuf;
-use windfall_core::tree::species::Species;
-use windfall_core::tree::{Inspection, Tree, export_glb};
+use windfall_core::tree::Tree;
 use windfall_host::file::write_atomic;
 use windfall_host::tree::read_or_grow;
+use windfall_tree::{Inspection, Species, export_glb};
 
 /// Arguments of `windfall tree`.
 #[derive(clap::Args)]

@@ -47,14 +47,14 @@ pub trait Layer {
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, frame: &LayerFrame<'_>);
     /// In the pass of a shadow map, 0 nearest to the camera.
     fn draw_shadow(&self, pass: &mut wgpu::RenderPass<'_>, frame: &LayerFrame<'_>, cascade: usize);
-    /// Once depth is finished, before tone mapping; `depth` has the picture's samples.
+    /// Once the scene is drawn, before tone mapping.
     fn finish(
         &mut self,
         recording: &mut Recording<'_>,
         frame: &LayerFrame<'_>,
-        depth: &wgpu::TextureView,
+        scene: &SceneTextures<'_>,
     ) {
-        let _ = (recording, frame, depth);
+        let _ = (recording, frame, scene);
     }
     /// Whether depth is read after the scene's pass.
     fn reads_depth(&self) -> bool {
@@ -73,6 +73,23 @@ pub struct LayerFrame<'a> {
     pub group: &'a wgpu::BindGroup,
     pub(crate) prepared: &'a Prepared,
     pub(crate) lists: &'a crate::view::lists::TreeLists,
+}
+
+impl LayerFrame<'_> {
+    /// How the view simplifies trees.
+    #[doc(hidden)]
+    pub fn tree_list(&self) -> &crate::base::shared::TreeList {
+        &self.prepared.cull.lists[0]
+    }
+}
+
+/// What the scene was drawn into, 4 samples a pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneTextures<'a> {
+    /// Linear radiance, `Rgba16Float`.
+    pub radiance: &'a wgpu::TextureView,
+    /// Depth, `Depth32Float`, 1 at the near plane; kept if [`Layer::reads_depth`].
+    pub depth: &'a wgpu::TextureView,
 }
 
 /// A whole picture: where it goes, and what else is drawn into it.
@@ -121,7 +138,7 @@ impl Renderer {
         let Recording { queue, encoder, timing } = recording;
         let loose = &buffers.loose;
         queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&forest.frame()));
-        let fall = forest.fall_frame(buffers);
+        let fall = forest.fall_frame(loose.frame);
         queue.write_buffer(&loose.uniform, 0, bytemuck::bytes_of(&fall));
         encoder.clear_buffer(&loose.counters, 0, None);
         timing.compute_pass(encoder, "find", |pass| {
@@ -276,8 +293,9 @@ impl Renderer {
             });
             self.surroundings(pass, forest, view, !occlusion);
         });
+        let scene = SceneTextures { radiance: &targets.radiance, depth: &targets.depth };
         for layer in layers.iter_mut() {
-            layer.finish(recording, &frame, &targets.depth);
+            layer.finish(recording, &frame, &scene);
         }
         let Recording { encoder, timing, .. } = recording;
         timing.render_pass(encoder, PictureTargets::picture(output), |pass| {

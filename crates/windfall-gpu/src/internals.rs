@@ -1,6 +1,7 @@
 //! What `windfall-papers`, tests and tools build on: not part of the interface, may change at any time.
 #![allow(missing_docs, reason = "not part of the interface")]
 
+pub use crate::base::capture::Readback;
 pub use crate::base::constants;
 pub use crate::base::layouts;
 pub use crate::base::packing;
@@ -10,3 +11,7 @@ pub use crate::base::wgsl::{Module, Settings, Shaders, compose, text};
 pub use crate::pass::MODULES;
 pub use crate::pass::leaves::LEAVES;
 pub use crate::scene::falls::{EMPTY, storage, zeros};
+pub use crate::scene::model::{ShapeBuffers, ShapeVertex};
+pub use crate::scene::tables::{table_view, tables};
+pub use crate::view::cascades::TARGET as SHADOW_TARGET;
+pub use crate::view::targets::{DEPTH, RADIANCE, SAMPLES};

@@ -4,8 +4,16 @@ use anyhow::{Context, bail};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+use windfall_gpu::{Requirements, Timing};
 
-/// There is no adapter, or none with the requested name.
+/// Backends that the program is built with, by their names in `WGPU_BACKEND`.
+const BACKENDS: [(&str, wgpu::Backends); 3] = [
+    ("vulkan", wgpu::Backends::VULKAN),
+    ("metal", wgpu::Backends::METAL),
+    ("dx12", wgpu::Backends::DX12),
+];
+
+/// There is no adapter, or none with the requested backend or name.
 #[derive(Debug)]
 pub struct NoAdapter(String);
 
@@ -19,7 +27,7 @@ impl std::error::Error for NoAdapter {}
 
 /// A device with its queue and its pass timers.
 pub struct Gpu {
-    /// The device, with all limits of its adapter.
+    /// The device, with what [`Requirements`] asks for.
     pub device: wgpu::Device,
     /// The queue of the device.
     pub queue: wgpu::Queue,
@@ -39,35 +47,30 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// [`NoAdapter`] if there is no such adapter; others if the adapter gives no device.
+    /// [`NoAdapter`] if there is no such adapter; others if no forest can be drawn on it or it gives no
+    /// device.
     pub fn open() -> anyhow::Result<Self> {
         let requested = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty());
-        // OpenGL comes last: its loader prints errors where there is no display.
-        let attempts = match wgpu::Backends::from_env() {
-            Some(backends) => vec![backends],
-            None => vec![wgpu::Backends::PRIMARY, wgpu::Backends::SECONDARY],
-        };
+        let backends = requested_backends(std::env::var("WGPU_BACKEND").ok().as_deref())?;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+        });
         let mut found = Vec::new();
-        for backends in attempts {
-            let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-                backends,
-                ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
-            });
-            let adapter = if let Some(requested) = &requested {
-                let all = pollster::block_on(instance.enumerate_adapters(backends));
-                found.extend(all.iter().map(|a| a.get_info().name));
-                let requested = requested.to_lowercase();
-                all.into_iter().find(|a| a.get_info().name.to_lowercase().contains(&requested))
-            } else {
-                let options = wgpu::RequestAdapterOptions {
-                    power_preference: wgpu::PowerPreference::HighPerformance,
-                    ..Default::default()
-                };
-                pollster::block_on(instance.request_adapter(&options)).ok()
+        let adapter = if let Some(requested) = &requested {
+            let all = pollster::block_on(instance.enumerate_adapters(backends));
+            found.extend(all.iter().map(|a| a.get_info().name));
+            let requested = requested.to_lowercase();
+            all.into_iter().find(|a| a.get_info().name.to_lowercase().contains(&requested))
+        } else {
+            let options = wgpu::RequestAdapterOptions {
+                power_preference: wgpu::PowerPreference::HighPerformance,
+                ..Default::default()
             };
-            if let Some(adapter) = adapter {
-                return Self::with_adapter(&adapter);
-            }
+            pollster::block_on(instance.request_adapter(&options)).ok()
+        };
+        if let Some(adapter) = adapter {
+            return Self::with_adapter(&adapter);
         }
         Err(NoAdapter(match requested {
             Some(requested) => format!("no adapter is named {requested:?}; there are: {found:?}"),
@@ -81,13 +84,17 @@ impl Gpu {
     fn with_adapter(adapter: &wgpu::Adapter) -> anyhow::Result<Self> {
         let info = adapter.get_info();
         tracing::info!("adapter {} ({}), driver {}", info.name, info.backend, info.driver_info);
+        let Requirements { features, limits, off } =
+            Requirements::of(adapter).with_context(|| info.name.clone())?;
+        for off in off {
+            tracing::info!("{off}");
+        }
+        // Parts of passes are timed too, where the adapter can.
         let timers = GpuProfiler::ALL_WGPU_TIMER_FEATURES & adapter.features();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("windfall"),
-            // Wood levels are drawn with an indirect `first_instance` above 0.
-            required_features: timers
-                | (adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE),
-            required_limits: adapter.limits(),
+            required_features: features | timers,
+            required_limits: limits,
             ..Default::default()
         }))
         .with_context(|| format!("the adapter {} gives no device", info.name))?;
@@ -137,22 +144,90 @@ impl Gpu {
         self.check()
     }
 
-    /// Milliseconds of each pass of the oldest finished frame. Passes with the same label are added
-    /// up. Empty without timestamps.
+    /// What measures the passes of a frame: [`windfall_gpu::Recording::timing`].
+    pub fn timing(&self) -> Timing<'_> {
+        Timing::from(&self.profiler)
+    }
+
+    /// Milliseconds of each pass of the oldest finished frame, and of parts of passes. Passes with the
+    /// same label are added up; `"frame"` is the sum of the passes. Empty without timestamps.
     pub fn pass_times(&mut self) -> BTreeMap<String, f64> {
-        fn collect(results: &[GpuTimerQueryResult], into: &mut BTreeMap<String, f64>) {
-            for result in results {
-                if let Some(time) = &result.time {
-                    *into.entry(result.label.clone()).or_default() += (time.end - time.start) * 1e3;
-                }
-                collect(&result.nested_queries, into);
-            }
-        }
-        let mut times = BTreeMap::new();
         let period = self.queue.get_timestamp_period();
-        if let Some(results) = self.profiler.process_finished_frame(period) {
-            collect(&results, &mut times);
+        self.profiler.process_finished_frame(period).map_or_else(BTreeMap::new, |r| by_label(&r))
+    }
+}
+
+/// The backends that `WGPU_BACKEND` asks for, by default all.
+fn requested_backends(names: Option<&str>) -> Result<wgpu::Backends, NoAdapter> {
+    let all = wgpu::Backends::from_iter(BACKENDS.map(|b| b.1));
+    let Some(names) = names.filter(|names| !names.is_empty()) else { return Ok(all) };
+    let backends = wgpu::Backends::from_comma_list(names) & all;
+    if backends.is_empty() {
+        let known = BACKENDS.map(|b| b.0).join(", ");
+        return Err(NoAdapter(format!(
+            "WGPU_BACKEND={names}: no graphics adapter is used through that; there are: {known}"
+        )));
+    }
+    Ok(backends)
+}
+
+fn by_label(results: &[GpuTimerQueryResult]) -> BTreeMap<String, f64> {
+    fn collect(results: &[GpuTimerQueryResult], into: &mut BTreeMap<String, f64>) -> f64 {
+        let mut sum = 0.0;
+        for result in results {
+            if let Some(time) = &result.time {
+                let time = (time.end - time.start) * 1e3;
+                *into.entry(result.label.clone()).or_default() += time;
+                sum += time;
+            }
+            collect(&result.nested_queries, into);
         }
-        times
+        sum
+    }
+    let mut times = BTreeMap::new();
+    let frame = collect(results, &mut times);
+    if !times.is_empty() {
+        times.insert("frame".to_owned(), frame);
+    }
+    times
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backends_are_asked_for_by_name() {
+        let all = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+        assert_eq!(requested_backends(None).unwrap(), all);
+        assert_eq!(requested_backends(Some("")).unwrap(), all);
+        assert_eq!(requested_backends(Some("vulkan, gl")).unwrap(), wgpu::Backends::VULKAN);
+        for name in ["gl", "webgpu", "glide"] {
+            let error = requested_backends(Some(name)).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("WGPU_BACKEND={name}: ")), "{error}");
+            assert!(error.ends_with("there are: vulkan, metal, dx12"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_frame_takes_as_long_as_its_passes() {
+        let result = |label: &str, seconds: f64, nested_queries| GpuTimerQueryResult {
+            label: label.to_owned(),
+            pid: 0,
+            tid: std::thread::current().id(),
+            time: Some(1.0..1.0 + seconds),
+            nested_queries,
+        };
+        let parts = vec![result("wood", 0.25, Vec::new()), result("leaves", 0.5, Vec::new())];
+        let passes = [
+            result("shadows", 1.0, Vec::new()),
+            result("shadows", 1.0, Vec::new()),
+            result("forest", 1.0, parts),
+        ];
+        let times = by_label(&passes);
+        let expected =
+            [("forest", 1e3), ("frame", 3e3), ("leaves", 5e2), ("shadows", 2e3), ("wood", 250.0)];
+        assert!(times.iter().map(|(label, ms)| (label.as_str(), *ms)).eq(expected), "{times:?}");
+        assert_eq!(by_label(&[]), BTreeMap::new());
     }
 }

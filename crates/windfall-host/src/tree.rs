@@ -2,8 +2,8 @@
 
 use anyhow::{Context, bail};
 use std::path::Path;
-use windfall_core::tree::species::Species;
-use windfall_core::tree::{ImportOptions, Tree, import};
+use windfall_core::tree::Tree;
+use windfall_tree::{GrowOptions, ImportOptions, Species, import};
 
 /// Grows the species called `name`, or reads the tree file at that path.
 ///
@@ -25,11 +25,7 @@ pub fn read_or_grow(
         bail!("--height {height}: is not 0.01 to 1000 metres");
     }
     if let Ok(species) = name.parse::<Species>() {
-        let mut tree = species.grow(seed);
-        if let Some(height) = height {
-            tree.set_height(height);
-        }
-        return Ok(tree);
+        return Ok(species.grow_as(seed, &GrowOptions { height, ..GrowOptions::default() }));
     }
     read(Path::new(name), leaves, height)
 }

@@ -1,19 +1,20 @@
-//! Lists of equal records in one vertex buffer, a region for each draw.
+//! Lists of records in one vertex buffer, a region for each draw.
 
 use bytemuck::Pod;
 
-/// Grain of a region, records.
-pub(crate) const GRAIN: u32 = 256;
-/// Records between two changed ones that are uploaded with them rather than apart.
+/// Records of a block: regions are whole blocks. Also the leaves in a row of textures.
+pub const BLOCK_SIZE: u32 = 256;
+/// Unchanged records between two changed ones that are uploaded with them.
 const NEAR: u32 = 32;
 
 /// The records of one draw.
-pub(crate) struct Region<T> {
+pub struct Region<T> {
     pub items: Vec<T>,
-    /// For each item who it belongs to: the caller's affair.
+    /// The owner of each item: a number of the caller's.
     pub owners: Vec<u32>,
-    /// Place of the first item in the buffer, and room, in records: multiples of [`GRAIN`].
+    /// Index of the first item in the buffer: a multiple of [`BLOCK_SIZE`].
     pub first: u32,
+    /// Room, records: a multiple of [`BLOCK_SIZE`].
     pub capacity: u32,
     changed: Vec<u32>,
 }
@@ -27,7 +28,7 @@ impl<T: Pod> Region<T> {
         at
     }
 
-    /// Takes out an item; the last takes its place. Returns the owner of the one that moved.
+    /// Removes an item; the last takes its index. Returns the owner of the one that moved.
     pub fn swap_remove(&mut self, at: u32) -> Option<u32> {
         self.items.swap_remove(at as usize);
         self.owners.swap_remove(at as usize);
@@ -38,14 +39,14 @@ impl<T: Pod> Region<T> {
         moved
     }
 
-    /// Items as they are drawn: a range of the buffer.
+    /// Its items as a range of the buffer.
     pub fn range(&self) -> std::ops::Range<u32> {
         self.first..self.first + self.items.len() as u32
     }
 }
 
 /// Regions that grow, and their buffer.
-pub(crate) struct Arena<T> {
+pub struct Arena<T> {
     pub regions: Vec<Region<T>>,
     pub buffer: wgpu::Buffer,
     label: &'static str,
@@ -53,10 +54,10 @@ pub(crate) struct Arena<T> {
 
 /// What an upload did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Upload {
+pub enum Upload {
     Nothing,
     Some,
-    /// Regions moved, the buffer is another one.
+    /// Regions moved: the buffer is another one.
     All,
 }
 
@@ -92,13 +93,13 @@ impl<T: Pod> Arena<T> {
         self.regions.iter().map(|r| r.capacity).sum()
     }
 
-    /// Brings the buffer up to date; `other` takes runs of places in it that have other records now,
-    /// unless regions moved.
+    /// Brings the buffer up to date. `changed_run` gets each range of the buffer that has other records now, unless
+    /// regions moved.
     pub fn upload(
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        mut other: impl FnMut(std::ops::Range<u32>),
+        mut changed_run: impl FnMut(std::ops::Range<u32>),
     ) -> Upload {
         if self.regions.iter().any(|r| r.items.len() as u32 > r.capacity) {
             let total = layout(&mut self.regions);
@@ -116,7 +117,7 @@ impl<T: Pod> Arena<T> {
             changed.sort_unstable();
             changed.retain(|&i| i < count);
             for run in changed.chunk_by(|a, b| b - a <= 1) {
-                other(region.first + run[0]..region.first + run[run.len() - 1] + 1);
+                changed_run(region.first + run[0]..region.first + run[run.len() - 1] + 1);
             }
             let mut i = 0;
             while i < changed.len() {
@@ -149,18 +150,18 @@ fn write<T: Pod>(
     }
 }
 
-/// Gives every region that is full half as much again; returns the sum.
+/// Grows every region that is full, to half as much again; returns the records of all.
 fn layout<T>(regions: &mut [Region<T>]) -> u32 {
     let mut next = 0;
     for region in regions {
         let wanted = region.items.len() as u32;
         if wanted > region.capacity || region.capacity == 0 {
-            region.capacity = (wanted + wanted / 2).next_multiple_of(GRAIN).max(GRAIN);
+            region.capacity = (wanted + wanted / 2).next_multiple_of(BLOCK_SIZE).max(BLOCK_SIZE);
         }
         region.first = next;
         next += region.capacity;
     }
-    next.max(GRAIN)
+    next.max(BLOCK_SIZE)
 }
 
 fn buffer<T>(device: &wgpu::Device, label: &str, records: u32) -> wgpu::Buffer {

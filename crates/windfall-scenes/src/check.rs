@@ -92,7 +92,7 @@ impl Scene {
         number("sky.clouds", self.sky.clouds, 0.0, 1.0)?;
         number("sky.exposure", self.sky.exposure, -20.0, 20.0)?;
         if let Some(shedding) = &self.shedding {
-            number("shedding.start", shedding.start, -1e6, 1e6)?;
+            name.number("shedding.start", shedding.start, -1e6, 1e6)?;
             number("shedding.duration", shedding.duration, 0.1, 1e7)?;
             number("shedding.peak", shedding.peak, 0.0, Shedding::MOST)?;
             number("shedding.tree_spread", shedding.tree_spread, -1e6, 1e6)?;

@@ -12,11 +12,13 @@ mod check;
 mod choices;
 mod detail;
 mod named;
+mod planted;
 mod stage;
 mod throw;
 
 pub use choices::{Culling, Elimination, QualityPreset, Strategy, UnknownChoice};
 pub use named::{NAMES, named};
+pub use planted::{PlantError, PlantedStage};
 pub use stage::Stage;
 
 use serde::{Deserialize, Serialize};
@@ -204,7 +206,7 @@ impl Default for Ground {
 #[serde(deny_unknown_fields, default)]
 pub struct SheddingEntry {
     /// When a tree's first leaf detaches; may lie before the scene.
-    pub start: f32,
+    pub start: f64,
     /// Time from a tree's first leaf to its last.
     pub duration: f32,
     /// How much leaves gather in the middle of that time, 0 to 0.95.
@@ -228,7 +230,7 @@ impl Default for SheddingEntry {
     }
 }
 
-/// A leaf that is thrown: see [`windfall_gpu::DetachEvent`].
+/// A leaf that is thrown: see [`windfall_gpu::Forest::throw`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EventEntry {

@@ -1,6 +1,8 @@
 //! From a scene to what the renderer takes. A scene's choices become the renderer's types here alone.
 
-use crate::{CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy, TreeEntry};
+use crate::{
+    CameraKey, Culling, Elimination, EventEntry, QualityPreset, Scene, Source, Strategy, TreeEntry,
+};
 use glam::{DVec2, DVec3, Vec2};
 use windfall_core::forest::{Forest, KeepOut, Placement, Terrain};
 use windfall_core::rng::hash;
@@ -9,7 +11,7 @@ use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 use windfall_core::{InputError, InputErrorKind};
-use windfall_gpu::{Camera, DetachEvent, Falls, Show, Sky, Trail, View};
+use windfall_gpu::{Camera, DebugView, Falls, Light, Sky, Trail, View};
 use windfall_tree::{GrowOptions, Species, set_prune_order};
 
 /// A scene with its models grown or read and its trees placed.
@@ -21,6 +23,18 @@ pub struct Stage {
     pub forest: Forest,
     /// How their leaves fall.
     pub falls: Falls,
+    /// Phase of autumn, 0 late summer to 1 bare.
+    pub season: f32,
+    /// Where the poses of falling leaves are computed.
+    pub strategy: Strategy,
+    /// When landed leaves become static geometry.
+    pub elimination: Elimination,
+    /// Leaves that [`Elimination::Progressive`] tests in a frame.
+    pub elimination_per_frame: u32,
+    /// Whether leaves in the air that are not seen are skipped for some frames.
+    pub leaf_occlusion: bool,
+    /// Leaves that detach at a moment of their own.
+    pub events: Vec<EventEntry>,
 }
 
 impl Stage {
@@ -29,13 +43,28 @@ impl Stage {
     ///
     /// # Errors
     ///
-    /// The first event of a tree or leaf that there is not, or of more than
-    /// [`Falls::EVENT_TREES`] trees.
+    /// The first event of a tree or leaf that there is not.
     pub fn check(&self, file: &str) -> Result<(), InputError> {
-        self.falls.check_events(&self.trees, &self.forest).map_err(|error| {
-            let place = format!("events[{}]", error.index);
-            InputError::new(file, place, InputErrorKind::OutOfRange, error.cause)
-        })
+        for (i, event) in self.events.iter().enumerate() {
+            self.check_event(event).map_err(|cause| {
+                let place = format!("events[{i}]");
+                InputError::new(file, place, InputErrorKind::OutOfRange, cause)
+            })?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn check_event(&self, event: &EventEntry) -> Result<(), String> {
+        let EventEntry { tree, leaf, .. } = *event;
+        let Some(planted) = self.forest.instances.get(tree as usize) else {
+            let count = self.forest.instances.len();
+            return Err(format!("tree {tree} is not one of the {count} of the forest, from 0"));
+        };
+        let count = self.trees[planted.model as usize].foliage.leaves.len();
+        if leaf as usize >= count {
+            return Err(format!("leaf {leaf} is not one of the {count} of tree {tree}, from 0"));
+        }
+        Ok(())
     }
 }
 
@@ -106,11 +135,20 @@ impl Scene {
         } else {
             Terrain::slope(Vec2::from(ground.slope), extent)
         };
-        let falls = self.falls(&trees);
-        Ok(Stage { trees, forest: placement.place(terrain, &weights), falls })
+        Ok(Stage {
+            trees,
+            forest: placement.place(terrain, &weights),
+            falls: self.falls(),
+            season: self.season,
+            strategy: self.strategy,
+            elimination: self.elimination,
+            elimination_per_frame: self.elimination_per_frame,
+            leaf_occlusion: self.leaf_occlusion,
+            events: self.events.clone(),
+        })
     }
 
-    fn falls(&self, trees: &[Tree]) -> Falls {
+    fn falls(&self) -> Falls {
         let wind = self.wind;
         let mut falls = Falls {
             wind: Wind::new(
@@ -120,17 +158,8 @@ impl Scene {
                 hash(self.seed, 4),
             ),
             capacity: self.loose_leaves,
-            strategy: self.strategy.into(),
-            elimination: self.elimination.testing(self.elimination_per_frame),
-            leaf_occlusion: self.leaf_occlusion,
-            events: self
-                .events
-                .iter()
-                .map(|e| DetachEvent { instance: e.tree, leaf: e.leaf, time: e.time })
-                .collect(),
             ..Falls::default()
         };
-        falls.groups = trees.iter().map(|tree| falls.group_for(tree)).collect();
         if let Some(s) = self.shedding {
             falls.shedding = Shedding {
                 start: s.start,
@@ -145,34 +174,29 @@ impl Scene {
         falls
     }
 
-    /// The view at a moment. Times outside the camera's keys keep its first or last.
+    /// The view at a moment. Times outside the camera's keys keep its first or last. A picture of the sky
+    /// ([`crate::SkyEntry::picture`]) is for the caller to read: the second field of [`Light::Sky`].
     pub fn view(&self, time: f64, terrain: &Terrain) -> View {
         let above = |at: DVec3| {
             let ground = terrain.height(at.x as f32, at.z as f32);
             at + DVec3::Y * f64::from(ground)
         };
         let (eye, target, fov) = self.camera_at(time);
+        let sky = Sky {
+            sun_azimuth: self.sky.azimuth.to_radians(),
+            sun_elevation: self.sky.elevation.to_radians(),
+            turbidity: self.sky.turbidity,
+            haze: self.sky.haze,
+            clouds: self.sky.clouds,
+            exposure: self.sky.exposure,
+        };
         View {
-            camera: Camera {
-                eye: above(eye),
-                target: above(target),
-                fov_y: fov.to_radians(),
-                near: 0.1,
-            },
-            sky: Sky {
-                sun_azimuth: self.sky.azimuth.to_radians(),
-                sun_elevation: self.sky.elevation.to_radians(),
-                turbidity: self.sky.turbidity,
-                haze: self.sky.haze,
-                clouds: self.sky.clouds,
-                exposure: self.sky.exposure,
-            },
-            time,
-            season: self.season,
+            camera: Camera::look_at(above(eye), above(target), fov.to_radians(), 0.1),
+            light: Light::Sky(sky, None),
             meadow: self.terrain.meadow,
             trails: self.trails(),
             shadows: self.shadows,
-            show: Show::default(),
+            show: DebugView::default(),
             detail: self.detail,
             shadow_detail: self.shadow_detail,
             culling: self.culling.into(),
@@ -224,28 +248,6 @@ pub(crate) fn shadow_detail() -> Simplification {
     View::SHADOW_DETAIL
 }
 
-impl From<Strategy> for windfall_papers::Strategy {
-    fn from(strategy: Strategy) -> Self {
-        match strategy {
-            Strategy::Vertex => Self::Vertex,
-            Strategy::Fragment => Self::Fragment,
-            Strategy::VertexBuffer => Self::VertexBuffer,
-            Strategy::Compute => Self::Compute,
-        }
-    }
-}
-
-impl Elimination {
-    /// As the renderer takes it: [`Elimination::Progressive`] tests `per_frame` leaves in a frame.
-    pub fn testing(self, per_frame: u32) -> windfall_papers::Elimination {
-        match self {
-            Self::Off => windfall_papers::Elimination::Off,
-            Self::Progressive => windfall_papers::Elimination::Progressive { per_frame },
-            Self::Scheduled => windfall_papers::Elimination::Scheduled,
-        }
-    }
-}
-
 impl From<Culling> for windfall_gpu::Culling {
     fn from(culling: Culling) -> Self {
         match culling {
@@ -289,9 +291,7 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{
-        CameraKey, Culling, Elimination, EventEntry, QualityPreset, Scene, Strategy, named,
-    };
+    use crate::{CameraKey, Culling, EventEntry, QualityPreset, Scene, named};
     use std::convert::Infallible;
     use windfall_core::forest::Terrain;
     use windfall_core::simplify::PruneOrder;
@@ -348,22 +348,14 @@ mod tests {
         assert!(height > 5.0, "{height}");
         let view = scene.view(0.0, &slope);
         assert!((view.camera.eye.y - (height + 2.0)).abs() < 1e-4, "{}", view.camera.eye);
-        assert_eq!(view.time, 0.0);
     }
 
     /// Twice: in the renderer for who uses it alone, here for who writes a scene.
     #[test]
     fn what_a_scene_leaves_out_is_the_renderers_default() {
         let scene = named("autumn").unwrap();
-        let per_frame = scene.elimination_per_frame;
         assert_eq!(windfall_gpu::Culling::from(scene.culling), windfall_gpu::Culling::default());
         assert_eq!(windfall_gpu::Quality::from(scene.quality), windfall_gpu::Quality::default());
-        let strategy = windfall_papers::Strategy::from(scene.strategy);
-        assert_eq!(strategy, windfall_papers::Strategy::default());
-        let elimination = scene.elimination.testing(per_frame);
-        assert_eq!(elimination, windfall_papers::Elimination::default());
-        let progressive = Elimination::Progressive.testing(per_frame);
-        assert_eq!(progressive, windfall_papers::Elimination::PROGRESSIVE);
     }
 
     #[test]
@@ -375,13 +367,6 @@ mod tests {
         assert_eq!(view.culling, windfall_gpu::Culling::ClipSpace);
         assert_eq!(view.quality, windfall_gpu::Quality::LOW);
         assert_eq!((view.detail.h, view.shadow_detail.h), (0.7, 0.6));
-        assert_eq!(view.time, 864_000.001);
-        (scene.strategy, scene.elimination) = (Strategy::VertexBuffer, Elimination::Progressive);
-        scene.elimination_per_frame = 12;
-        let falls = scene.falls(&[]);
-        assert_eq!(falls.strategy, windfall_papers::Strategy::VertexBuffer);
-        let tested = windfall_papers::Elimination::Progressive { per_frame: 12 };
-        assert_eq!(falls.elimination, tested);
     }
 
     #[test]

@@ -30,7 +30,8 @@ impl Stage {
             let Some(instance) = instances.get((draw(1) * instances.len() as f32) as usize) else {
                 break;
             };
-            let foliage = &self.trees[instance.model as usize].foliage;
+            let tree = &self.trees[instance.model as usize];
+            let foliage = &tree.foliage;
             let rank = (draw(2) * share * foliage.leaves.len() as f32) as usize;
             let Some(&index) = foliage.shed_order.get(rank) else {
                 continue;
@@ -41,7 +42,7 @@ impl Stage {
                 twig_orientation: instance.rotation() * leaf.orientation,
                 tree: instance.position,
                 seed: hash(instance.seed, leaf.shed_rank),
-                group: falls.groups.get(instance.model as usize).copied().unwrap_or(0),
+                group: falls.group_of(&tree.name),
                 detach_time: 0.0,
             });
             sum += landing.time;
@@ -53,7 +54,7 @@ impl Stage {
 
     /// Lets leaves fall at `rate` a second over the whole forest, evenly, from `start` seconds on
     /// until none is left.
-    pub fn throw(&mut self, rate: f32, start: f32) {
+    pub fn throw(&mut self, rate: f32, start: f64) {
         let duration = (self.leaf_count() as f32 / rate.max(1e-6)).clamp(0.1, 1e7);
         self.falls.shedding = Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 };
     }
@@ -66,7 +67,7 @@ impl Stage {
         for _ in 0..4 {
             let (mean, longest) = self.fall_times(share);
             rate = count as f32 / mean.max(0.1);
-            self.throw(rate, -longest);
+            self.throw(rate, f64::from(-longest));
             share = (2.0 * longest / self.falls.shedding.duration).min(1.0);
         }
         rate

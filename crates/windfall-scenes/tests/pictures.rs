@@ -4,54 +4,40 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use std::convert::Infallible;
-use windfall_gpu::wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
-use windfall_gpu::{Capture, GpuForest, Quality, Renderer, Sky, Target, View};
+use windfall_gpu::{Capture, Light, Moment, Options, Picture, Quality, Recording, Renderer, Sky, View};
 use windfall_scenes::{NAMES, Scene, named};
-use windfall_testing::{Mismatch, Snapshots, Tolerance, device};
+use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
 
 const SIZE: (u32, u32) = (160, 90);
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
-struct Studio {
+struct Harness {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    profiler: GpuProfiler,
     renderer: Renderer,
 }
 
-impl Studio {
+impl Harness {
     fn new() -> Self {
         let (device, queue) = device();
-        let settings = GpuProfilerSettings { enable_timer_queries: false, ..Default::default() };
-        Self {
-            profiler: GpuProfiler::new(&device, settings).unwrap(),
-            renderer: Renderer::new(&device, FORMAT),
-            device,
-            queue,
-        }
+        let options = Options::picture(wgpu::TextureFormat::Rgba8UnormSrgb);
+        Self { renderer: Renderer::new(&device, &options).unwrap(), device, queue }
     }
 
-    fn paint(&self, scene: &Scene, change: impl Fn(View) -> View) -> Vec<u8> {
+    fn render(&self, scene: &Scene, change: impl Fn(View) -> View) -> Vec<u8> {
         let Ok(stage) = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() });
-        let Self { device, queue, profiler, renderer } = self;
-        let (trees, falls) = (&stage.trees, &stage.falls);
-        let forest = GpuForest::with_falls(device, queue, renderer, trees, &stage.forest, falls);
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let canvas = renderer.canvas(device, SIZE.0, SIZE.1);
-        let picture = texture.create_view(&Default::default());
-        let target = Target { canvas: &canvas, picture: &picture };
-        let mut encoder = device.create_command_encoder(&Default::default());
+        let Self { device, queue, renderer } = self;
+        let mut forest = stage.upload(device, queue).unwrap().forest;
+        let texture = picture(device, SIZE);
+        let output = texture.create_view(&Default::default());
+        let targets = renderer.targets(SIZE.0, SIZE.1).unwrap();
+        let mut state = renderer.view(&forest);
         let view = change(scene.view(scene.time, &stage.forest.terrain));
-        renderer.render(queue, &mut encoder, profiler, &forest, &view, target);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut recording = Recording::new(queue, &mut encoder);
+        let moment = Moment::of(scene.time, &view);
+        renderer.advance(&mut recording, &mut forest, moment).unwrap();
+        let picture = Picture { targets: &targets, output: &output, layers: &mut [] };
+        renderer.render(&mut recording, &forest, &mut state, &view, picture).unwrap();
         let capture = Capture::encode(device, &mut encoder, &texture);
         queue.submit([encoder.finish()]);
         capture.map();
@@ -70,10 +56,10 @@ fn small(name: &str) -> Scene {
 
 #[test]
 fn the_named_scenes() {
-    let studio = Studio::new();
+    let harness = Harness::new();
     let references = Snapshots::of_crate(env!("CARGO_MANIFEST_DIR"));
     for name in NAMES {
-        let rgba = studio.paint(&small(name), |view| view);
+        let rgba = harness.render(&small(name), |view| view);
         references.assert(name, SIZE, &rgba, Tolerance::default());
     }
 }
@@ -81,20 +67,21 @@ fn the_named_scenes() {
 /// What the tolerance must not let pass: another sun, no shadows, the lowest quality.
 #[test]
 fn other_light_fails() {
-    let studio = Studio::new();
+    let harness = Harness::new();
     let folder = std::env::temp_dir().join(format!("windfall-other-light-{}", std::process::id()));
     let at = |bless| Snapshots::new(folder.join("references"), folder.join("failures"), bless);
     let scene = small("lone-oak");
     let tolerance = Tolerance::default();
-    at(true).assert("light", SIZE, &studio.paint(&scene, |v| v), tolerance);
-    at(false).assert("light", SIZE, &studio.paint(&scene, |v| v), tolerance);
+    at(true).assert("light", SIZE, &harness.render(&scene, |v| v), tolerance);
+    at(false).assert("light", SIZE, &harness.render(&scene, |v| v), tolerance);
     let fails = |what: &str, change: &dyn Fn(View) -> View| {
-        let failed = at(false).check("light", SIZE, &studio.paint(&scene, change), tolerance);
+        let failed = at(false).check("light", SIZE, &harness.render(&scene, change), tolerance);
         assert!(matches!(failed, Err(Mismatch::Different { .. })), "{what}: {failed:?}");
     };
     let sky = |v: View, azimuth: f32, stops: f32| {
-        let (sun_azimuth, exposure) = (v.sky.sun_azimuth + azimuth, v.sky.exposure + stops);
-        View { sky: Sky { sun_azimuth, exposure, ..v.sky }, ..v }
+        let Light::Sky(sky, None) = v.light else { panic!("{v:?}") };
+        let (sun_azimuth, exposure) = (sky.sun_azimuth + azimuth, sky.exposure + stops);
+        View { light: Sky { sun_azimuth, exposure, ..sky }.into(), ..v }
     };
     fails("another sun", &|v| sky(v, 0.6, 0.0));
     fails("a quarter stop", &|v| sky(v, 0.0, 0.25));

@@ -8,25 +8,34 @@ mod snapshot;
 
 pub use snapshot::{Mismatch, Snapshots, Tolerance};
 
-/// The first device of the machine, with everything its adapter allows.
+/// The first adapter of the machine.
 ///
 /// # Panics
 ///
-/// If there is none: a test that cannot draw fails, it does not skip.
-pub fn device() -> (wgpu::Device, wgpu::Queue) {
+/// If there is none.
+pub fn adapter() -> wgpu::Adapter {
     let backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
         backends,
         ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
     });
-    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
+    pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
         power_preference: wgpu::PowerPreference::HighPerformance,
         ..Default::default()
     }))
     .expect(
         "the tests need a graphics adapter; a software one will do: apt-get install \
          mesa-vulkan-drivers",
-    );
+    )
+}
+
+/// The first device of the machine, with everything its adapter allows.
+///
+/// # Panics
+///
+/// If there is none: a test that cannot draw fails, it does not skip.
+pub fn device() -> (wgpu::Device, wgpu::Queue) {
+    let adapter = adapter();
     pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         label: Some("windfall tests"),
         required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),

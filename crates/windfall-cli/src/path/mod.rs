@@ -10,10 +10,11 @@ use anyhow::{Context, Result, bail};
 use clap::{Subcommand, ValueEnum};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use windfall_core::flight::{LeafBody, fall_path, presets};
 use windfall_core::glam::DVec3;
-use windfall_core::path::import::{ImportOptions, Up, import};
-use windfall_core::path::{PathSet, builtin};
+use windfall_core::path::PathSet;
+use windfall_flight::{
+    ImportOptions, LeafBody, Up, builtin, import, presets, read_paths, simulated_path, to_ron,
+};
 
 /// Arguments of `windfall path`.
 #[derive(clap::Args)]
@@ -202,7 +203,7 @@ fn run_simulate(args: &Simulate) -> Result<()> {
             None => ("leaf", described(args)?, 60.0),
         };
         let rate = args.rate.unwrap_or(rate);
-        paths.push(fall_path(name, &body, args.seconds, rate, args.seed, args.draws)?);
+        paths.push(simulated_path(name, &body, args.seconds, rate, args.seed, args.draws)?);
     }
     let set = PathSet::new(paths)?;
     save(&args.out, &set)
@@ -235,7 +236,7 @@ fn load(file: &Path, args: &ImportArgs) -> Result<PathSet> {
     let bytes = read(file)?;
     // RON of ours begins with a parenthesis; no form that is imported does.
     if bytes.starts_with(b"WFPATHS") || bytes.trim_ascii_start().starts_with(b"(") {
-        return Ok(PathSet::read(&file.display().to_string(), &bytes)?);
+        return Ok(read_paths(&file.display().to_string(), &bytes)?);
     }
     Ok(PathSet::new(vec![import_file(file, args)?])?)
 }
@@ -255,7 +256,7 @@ fn read(file: &Path) -> Result<Vec<u8>> {
 
 fn save(out: &Path, set: &PathSet) -> Result<()> {
     if out.extension().is_some_and(|e| e == "ron") {
-        write(out, set.to_ron().as_bytes())?;
+        write(out, to_ron(set).as_bytes())?;
     } else {
         write(out, &set.to_bytes())?;
     }

@@ -5,12 +5,12 @@ use super::numbers::{
 };
 use anyhow::{Context, Result};
 use std::io::Write;
-use windfall_core::flight::{Flight, fall_path, presets};
 use windfall_core::forest::Terrain;
 use windfall_core::glam::{DVec3, Quat, Vec3};
 use windfall_core::path::{Fall, FallSettings, LeafFall, PathSet, Variation};
 use windfall_core::rng::{Rng, hash};
 use windfall_core::wind::Wind;
+use windfall_flight::{Flight, LeafBody, presets, simulated_path};
 
 /// Rate of the tilt series, hertz, and their length: 4 s.
 const RATE: f64 = 64.0;
@@ -69,7 +69,7 @@ pub fn run(leaves: u32, species: &str, seed: u32) -> Result<()> {
     let builtin = PathSet::builtin();
     let group = builtin.group(species).context("every species has paths")?;
     // VB's setting: a single path of 200 samples, at a rate that can carry a leaf's turning.
-    let single = PathSet::new(vec![fall_path(
+    let single = PathSet::new(vec![simulated_path(
         species,
         &preset.body,
         199.0 / preset.rate,
@@ -132,7 +132,7 @@ fn collect(each: Vec<(f64, Vec3, Option<Vec<f64>>)>) -> Falls {
     falls
 }
 
-fn direct(leaves: &[LeafFall], body: &windfall_core::flight::LeafBody, seed: u32) -> Falls {
+fn direct(leaves: &[LeafFall], body: &LeafBody, seed: u32) -> Falls {
     let plate = body.plate();
     collect(parallel(leaves, |i, leaf| {
         let height = f64::from(leaf.origin.y);

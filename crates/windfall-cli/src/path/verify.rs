@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use std::io::Write;
-use windfall_core::flight::verify::{self, Check, DISCS};
+use windfall_flight::verify::{self, Check, DISCS};
 
 /// Prints both tables. Rows of the first that miss their tolerance are an error.
 pub fn run(falls: u32) -> Result<()> {

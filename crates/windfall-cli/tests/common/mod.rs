@@ -1,7 +1,7 @@
 //! Runs the program in a folder of its own.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
-#[path = "../../../windfall-core/tests/common/mod.rs"]
+#[path = "../../../windfall-tree/tests/common/mod.rs"]
 pub mod model;
 
 use model::Model;

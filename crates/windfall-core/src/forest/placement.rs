@@ -40,6 +40,20 @@ impl KeepOut {
     }
 }
 
+impl Default for Placement {
+    /// A hundred trees, 6 m apart, up to a fifth smaller or larger than their models.
+    fn default() -> Self {
+        Self {
+            trees: 100,
+            spacing: 6.0,
+            keep_out: Vec::new(),
+            scale: (0.8, 1.2),
+            season_spread: 0.1,
+            seed: 1,
+        }
+    }
+}
+
 impl Placement {
     /// Most trees of one forest.
     pub const MOST: u32 = 100_000;

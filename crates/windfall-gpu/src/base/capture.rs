@@ -3,12 +3,14 @@
 use std::sync::{Arc, Mutex};
 
 /// A copy on its way to the CPU.
-pub(crate) struct Readback {
+pub struct Readback {
+    /// Where the copy is recorded to.
     pub buffer: wgpu::Buffer,
     state: Arc<Mutex<Option<Result<(), wgpu::BufferAsyncError>>>>,
 }
 
 impl Readback {
+    /// Room for `size` bytes.
     pub fn new(device: &wgpu::Device, size: u64) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),
@@ -19,6 +21,7 @@ impl Readback {
         Self { buffer, state: Arc::default() }
     }
 
+    /// Asks for the bytes. To be called once, after the encoder was submitted.
     pub fn map(&self) {
         let state = Arc::clone(&self.state);
         self.buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
@@ -28,6 +31,7 @@ impl Readback {
         });
     }
 
+    /// What is read from the bytes, once they are here.
     pub fn take<T>(&self, read: impl FnOnce(&[u8]) -> T) -> Option<Result<T, wgpu::BufferAsyncError>> {
         let result = self.state.lock().ok()?.take()?;
         Some(result.map(|()| read(&self.buffer.slice(..).get_mapped_range())))
@@ -50,6 +54,24 @@ pub struct Capture {
 }
 
 impl Capture {
+    /// A texture to draw a picture into and to copy it from.
+    pub fn texture(
+        device: &wgpu::Device,
+        size: wgpu::Extent3d,
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        })
+    }
+
     /// Records the copy of `texture` (mip 0, layer 0). The texture needs usage `COPY_SRC` and an
     /// uncompressed colour format.
     ///

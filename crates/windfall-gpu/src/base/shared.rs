@@ -59,7 +59,7 @@ macro_rules! gpu_struct {
         }
 
         const _: () = {
-            use $crate::base::shared::WgslType;
+            use $crate::internals::WgslType;
             $(assert!(
                 std::mem::offset_of!($name, $field) % <$ty as WgslType>::ALIGN == 0,
                 concat!(stringify!($name), ".", stringify!($field), " is misaligned for WGSL"),
@@ -70,9 +70,9 @@ macro_rules! gpu_struct {
             );
         };
 
-        impl $crate::base::shared::WgslType for $name {
+        impl $crate::internals::WgslType for $name {
             const ALIGN: usize = {
-                let aligns = [$(<$ty as $crate::base::shared::WgslType>::ALIGN),*];
+                let aligns = [$(<$ty as $crate::internals::WgslType>::ALIGN),*];
                 let mut largest = 1;
                 let mut i = 0;
                 while i < aligns.len() {
@@ -94,7 +94,7 @@ macro_rules! gpu_struct {
                 let fields: Vec<String> = vec![$(format!(
                     "    {}: {},\n",
                     stringify!($field),
-                    <$ty as $crate::base::shared::WgslType>::name(),
+                    <$ty as $crate::internals::WgslType>::name(),
                 )),*];
                 format!("struct {} {{\n{}}}\n", stringify!($name), fields.concat())
             }

@@ -41,16 +41,32 @@ impl Timing<'_> {
         targets: PassTargets<'_>,
         body: impl FnOnce(&mut TimedPass<'_, '_>),
     ) {
-        let colors = [targets.color];
+        let PassTargets { label, color, depth } = targets;
+        let colors = [color];
+        let colors = if colors[0].is_some() { &colors[..] } else { &[] };
+        self.render_pass_into(encoder, label, (colors, depth), body);
+    }
+
+    /// Records a render pass with any number of colours.
+    pub fn render_pass_into(
+        self,
+        encoder: &mut wgpu::CommandEncoder,
+        label: &str,
+        (colors, depth): (
+            &[Option<wgpu::RenderPassColorAttachment<'_>>],
+            Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
+        ),
+        body: impl FnOnce(&mut TimedPass<'_, '_>),
+    ) {
         let descriptor = wgpu::RenderPassDescriptor {
-            label: Some(targets.label),
-            color_attachments: if colors[0].is_some() { &colors } else { &[] },
-            depth_stencil_attachment: targets.depth,
+            label: Some(label),
+            color_attachments: colors,
+            depth_stencil_attachment: depth,
             ..Default::default()
         };
         #[cfg(feature = "profiler")]
         if let Some(profiler) = self.profiler {
-            let query = profiler.begin_pass_query(targets.label, encoder);
+            let query = profiler.begin_pass_query(label, encoder);
             {
                 let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                     timestamp_writes: query.render_pass_timestamp_writes(),

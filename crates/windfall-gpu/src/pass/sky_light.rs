@@ -236,7 +236,7 @@ mod tests {
             });
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_texture_to_buffer(
-                self.state.texture.as_image_copy(),
+                self.state.table.texture().as_image_copy(),
                 wgpu::TexelCopyBufferInfo {
                     buffer: &buffer,
                     layout: wgpu::TexelCopyBufferLayout {
@@ -245,7 +245,7 @@ mod tests {
                         rows_per_image: None,
                     },
                 },
-                self.state.texture.size(),
+                self.state.table.texture().size(),
             );
             self.queue.submit([encoder.finish()]);
             let bytes = windfall_testing::read(&self.device, &self.queue, &buffer);

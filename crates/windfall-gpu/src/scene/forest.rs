@@ -128,6 +128,8 @@ struct Tree {
     slot: Option<u32>,
     /// Thrown leaves: leaf, and when it detaches, seconds on the forest's clock.
     thrown: Vec<(u32, f32)>,
+    /// How many of them have a place in a stream.
+    laid_out: usize,
 }
 
 /// A model of the forest, and what stands at its places.
@@ -187,6 +189,8 @@ pub struct Forest {
     /// Counts rebuilds: views follow.
     structure: u64,
     generation: u32,
+    /// Counts changes of trees, thrown leaves, wind and shedding.
+    revision: u64,
     pub(crate) ground: GroundMesh,
     /// The moment that was recorded last.
     pub(crate) moment: Moment,
@@ -266,6 +270,7 @@ impl Forest {
             buffers: None,
             structure: 0,
             generation: 1,
+            revision: 0,
             moment: Moment::at(0.0),
             litter: Vec3::ZERO,
             moment_group: None,
@@ -354,7 +359,7 @@ impl Forest {
         self.check_place(&place)?;
         let model = self.planted(model)?;
         self.planted[model].trees += 1;
-        let tree = Tree { generation: 0, model, place, slot: None, thrown: Vec::new() };
+        let tree = Tree { generation: 0, model, place, slot: None, thrown: Vec::new(), laid_out: 0 };
         let index = if let Some(index) = self.free.pop() {
             let generation = self.trees[index as usize].generation + 1;
             self.trees[index as usize] = Tree { generation, ..tree };
@@ -364,6 +369,7 @@ impl Forest {
             self.trees.len() as u32 - 1
         };
         self.homeless.push(index as usize);
+        self.revision += 1;
         Ok(TreeId { index, generation: self.trees[index as usize].generation })
     }
 
@@ -375,6 +381,7 @@ impl Forest {
     pub fn remove(&mut self, tree: TreeId) -> Result<(), ForestError> {
         let index = self.find(tree)?;
         let Tree { model, slot, .. } = self.trees[index];
+        self.revision += 1;
         self.planted[model].trees -= 1;
         self.clear_thrown(index);
         if let (Some(buffers), Some(place)) = (&mut self.buffers, slot) {
@@ -404,6 +411,7 @@ impl Forest {
         let place = TreePlace { position, yaw, scale, ..self.trees[index].place };
         self.check_place(&place)?;
         self.clear_thrown(index);
+        self.revision += 1;
         self.trees[index].place = place;
         self.place_again(index);
         Ok(())
@@ -432,10 +440,14 @@ impl Forest {
         }
         match self.trees[index].thrown.iter_mut().find(|(known, _)| *known == leaf) {
             Some((_, known)) if *known <= time => return Ok(()),
-            Some((_, known)) => *known = time,
+            Some((_, known)) => {
+                *known = time;
+                self.clear_thrown(index);
+            }
             None => self.trees[index].thrown.push((leaf, time)),
         }
         self.thrown_changed.push(index);
+        self.revision += 1;
         Ok(())
     }
 
@@ -475,6 +487,44 @@ impl Forest {
                 .sum::<u64>()
             + loose.stream_buffer.size()
             + loose.list_buffer.size()
+    }
+
+    /// The forest, and a number that changes with its trees, thrown leaves, wind or shedding: for layers that
+    /// pose leaves themselves.
+    #[doc(hidden)]
+    pub fn revision(&self) -> (u64, u64) {
+        (self.id, self.revision)
+    }
+
+    /// The wind relative to the forest's origin.
+    #[doc(hidden)]
+    pub fn local_wind(&self) -> &Wind {
+        &self.local_wind
+    }
+
+    /// The moment that was recorded last.
+    #[doc(hidden)]
+    pub fn moment(&self) -> Moment {
+        self.moment
+    }
+
+    /// When the clock of detach times is 0, seconds since the world began.
+    #[doc(hidden)]
+    pub fn clock_start(&self) -> f64 {
+        self.epoch()
+    }
+
+    /// Its models; [`TreeRecord::model`] is an index into them.
+    #[doc(hidden)]
+    pub fn models(&self) -> impl Iterator<Item = &TreeModel> {
+        self.planted.iter().map(|planted| &planted.model)
+    }
+
+    /// Each tree, and its thrown leaves: leaf, and when it detaches, seconds on the clock of detach times.
+    #[doc(hidden)]
+    pub fn tree_records(&self) -> impl Iterator<Item = (TreeRecord, &[(u32, f32)])> {
+        let standing = (0..self.trees.len()).filter(|&index| self.trees[index].model != GONE);
+        standing.map(|index| (self.record(index), &self.trees[index].thrown[..]))
     }
 
     pub(crate) fn id(&self) -> u64 {
@@ -633,6 +683,7 @@ impl Forest {
                 continue;
             }
             self.trees[index].slot = self.planted[model].free.pop();
+            self.trees[index].laid_out = 0;
             self.place_again(index);
             // There is room for all that were thrown.
             self.rebuild |= !self.lay_out_thrown(index);
@@ -750,12 +801,14 @@ impl Forest {
             self.changed.push((model, place));
         }
         if !self.trees[index].thrown.is_empty() {
+            self.trees[index].laid_out = 0;
             self.thrown_changed.push(index);
         }
     }
 
     /// Takes away what is known of a tree's thrown leaves where it stands.
     fn clear_thrown(&mut self, index: usize) {
+        self.trees[index].laid_out = 0;
         if self.trees[index].thrown.is_empty() || self.trees[index].slot.is_none() {
             return;
         }
@@ -769,20 +822,26 @@ impl Forest {
         }
     }
 
-    /// Puts a tree's thrown leaves in streams of their own; whether there was room.
+    /// Puts thrown leaves of a tree that have no place yet in streams of their own; whether there was room.
     fn lay_out_thrown(&mut self, index: usize) -> bool {
-        if self.trees[index].thrown.is_empty() || self.trees[index].slot.is_none() {
-            return true;
+        let Tree { model, slot: Some(place), laid_out, .. } = self.trees[index] else { return true };
+        if laid_out == 0 {
+            self.clear_thrown(index);
         }
-        self.clear_thrown(index);
         let record = self.record(index);
-        let Tree { model, slot, ref thrown, .. } = self.trees[index];
-        let Some(buffers) = &mut self.buffers else { return true };
+        let leaves = self.planted[model].model.leaf_count;
+        let [now, _] = self.clock(self.moment.time);
+        let gone = |rank| self.detach_time(&record, leaves, rank) <= now;
+        let new = &self.trees[index].thrown[laid_out..];
+        let records = &self.planted[model].model.loose.records;
+        // Streams of the season have to leave out what they may hold already.
+        let held = new.iter().any(|&(leaf, _)| gone(records[leaf as usize].rank));
         let key = scripted_key(record.seed, record.position);
-        let shapes = &self.planted[model].model.loose.shapes;
-        for &(leaf, time) in thrown {
+        let shapes = &self.planted[model].model.loose.shape_of;
+        let Some(buffers) = &mut self.buffers else { return true };
+        for &(leaf, time) in new {
             self.scripted.insert(key, leaf, time);
-            let shape = shapes.iter().position(|s| s.shed_order.contains(&leaf)).unwrap_or(0);
+            let shape = shapes[leaf as usize] as usize;
             match buffers.loose.streams.throw((model, shape), &record, leaf, time) {
                 Some(stream) => buffers.changed_streams.push(stream),
                 None => return false,
@@ -790,18 +849,20 @@ impl Forest {
         }
         buffers.changed_streams.sort_unstable();
         buffers.changed_streams.dedup();
-        // Its own streams leave those leaves out from now on.
-        if let Some(place) = slot {
+        self.scripted_changed |= !new.is_empty();
+        // From the first on its streams know that there are thrown ones.
+        if held || (laid_out == 0 && !new.is_empty()) {
             buffers.set_place(model, place, Some(&record));
             self.changed.push((model, place));
         }
-        self.scripted_changed = true;
+        self.trees[index].laid_out = self.trees[index].thrown.len();
         true
     }
 
     /// Wind or shedding are other ones: every tree sheds at other times, every leaf lies elsewhere.
     fn reseason(&mut self) {
         self.generation += 1;
+        self.revision += 1;
         let Some(buffers) = &mut self.buffers else { return };
         let frame = &mut buffers.loose.frame;
         tables::describe_wind(frame, &self.local_wind, 0.0);
@@ -813,11 +874,12 @@ impl Forest {
         }
     }
 
-    /// The leaves' uniforms of a moment.
-    pub(crate) fn fall_frame(&self, buffers: &ForestBuffers) -> FallFrame {
+    /// The leaves' uniforms of the moment, from their constants.
+    #[doc(hidden)]
+    pub fn fall_frame(&self, constants: FallFrame) -> FallFrame {
         let Moment { time, color_loops, .. } = self.moment;
         let [high, low] = self.clock(time);
-        let mut frame = buffers.loose.frame;
+        let mut frame = constants;
         let epoch = self.epoch();
         tables::describe_wind(&mut frame, &self.local_wind, epoch);
         FallFrame {

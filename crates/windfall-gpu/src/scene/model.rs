@@ -141,6 +141,8 @@ pub struct ModelData {
 pub struct LooseShapes {
     /// A leaf each.
     pub records: Vec<LeafRecord>,
+    /// Of each leaf the index of its shape.
+    pub shape_of: Vec<u32>,
     pub shapes: Vec<LooseShape>,
 }
 
@@ -197,6 +199,7 @@ impl LooseShapes {
         };
         Self {
             records: foliage.leaves.iter().map(record).collect(),
+            shape_of: foliage.leaves.iter().map(|leaf| leaf.shape).collect(),
             shapes: (0..).zip(&foliage.shapes).map(shape).collect(),
         }
     }
@@ -326,15 +329,18 @@ pub struct ShapeVertex {
 }
 
 impl ShapeVertex {
+    /// As a vertex buffer.
     pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: size_of::<Self>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes: &Self::ATTRIBUTES,
     };
 
+    /// Position, normal, texture coordinates.
     pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
         wgpu::vertex_attr_array![0 => Float16x4, 1 => Snorm8x4, 2 => Float16x2];
 
+    /// Vertex `i` of a shape.
     pub fn new(shape: &LeafShape, i: usize) -> Self {
         Self {
             position: shape.positions[i].extend(0.0).to_array().map(f16::from_f32),
@@ -356,10 +362,12 @@ impl ShapeVertex {
 pub struct ShapeBuffers {
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
+    /// Indices, three a triangle.
     pub index_count: u32,
 }
 
 impl ShapeBuffers {
+    /// Uploads a shape.
     pub fn new(device: &wgpu::Device, shape: &LeafShape) -> Self {
         let init = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -377,6 +385,7 @@ impl ShapeBuffers {
         }
     }
 
+    /// Sets vertex buffer 0 and the index buffer.
     pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);

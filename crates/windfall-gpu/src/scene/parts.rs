@@ -23,7 +23,9 @@ pub struct PartDraw {
     pub indices: (u32, u32),
 }
 
-/// The bucket of a tree that is drawn with this share of its leaves, in simple shapes.
+/// The bin of a tree that is drawn with this share of its leaves, in simple shapes: the CPU reference of
+/// `bucket_of` in `pass/cull.wgsl`.
+#[cfg(test)]
 pub fn bucket_of(drawn: f32) -> u32 {
     let step = WHOLE as f32 + (OCTAVE * drawn.max(1e-9).log2()).ceil();
     step.clamp(1.0, WHOLE as f32) as u32

@@ -17,8 +17,6 @@ pub const SCRIPTED_ROOM: u32 = 32;
 /// The shed lists of a model's shape, and where its places have their streams.
 #[derive(Debug, Clone, Copy)]
 struct ShapePlan {
-    bin: u32,
-    list_first: u32,
     list_count: u32,
     /// Slots of a place; 0 where no leaf of it falls by itself.
     keep: u32,
@@ -134,7 +132,7 @@ impl Streams {
         } else {
             pool.streams = 0;
         }
-        ShapePlan { bin, list_first, list_count, keep, stream_first, pool }
+        ShapePlan { list_count, keep, stream_first, pool }
     }
 
     /// Adds a stream with its slots; it is empty until a tree stands at its place.

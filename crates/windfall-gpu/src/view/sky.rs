@@ -57,7 +57,6 @@ impl SkyInput {
 /// The light of one sky: all zero until the first `SkyLightPass::record`.
 pub struct SkyState {
     pub input: wgpu::Buffer,
-    pub texture: wgpu::Texture,
     /// [`SkyTable`] in half floats.
     pub table: wgpu::TextureView,
     /// [`SkyInput::air`] that the tables were computed from.
@@ -120,6 +119,6 @@ impl SkyState {
                 light.as_entire_binding(),
             ],
         );
-        Self { input, texture, table, made_for, group, light }
+        Self { input, table, made_for, group, light }
     }
 }

@@ -1,11 +1,11 @@
 // Strategy "fragment" with leaf occlusion.
 
 @vertex
-fn watched(in: LookedUpVertex) -> Varyings {
-    return watched_leaf(looked_up_vertex(in), in.leaf);
+fn drawn(in: PosedVertex) -> Varyings {
+    return drawn_leaf(posed_vertex(in), in.leaf);
 }
 
 @vertex
-fn tested(in: LookedUpVertex) -> Counted {
-    return counted_leaf(looked_up_vertex(in), in.leaf);
+fn tested(in: PosedVertex) -> Counted {
+    return tested_leaf(posed_vertex(in), in.leaf);
 }

@@ -1,5 +1,4 @@
-// Leaves that lie for good, for strategies without compute: static geometry (VB 5) that withers,
-// and is made small when it has become too much.
+// Eliminated leaves (VB 5): static geometry that withers, and shrinks before another leaf takes its slot.
 
 struct LitterVertex {
     @location(0) position: vec4<f32>,
@@ -9,7 +8,7 @@ struct LitterVertex {
     @location(4) orientation: vec4<f32>,
     @location(5) color_ambient: vec4<f32>,
     @location(6) look: u32,
-    // When it landed and when it has to be gone, seconds since the scene began.
+    // When it landed and when it has vanished, on the clock of FallFrame.time.
     @location(7) times: vec2<f32>,
 }
 
@@ -18,9 +17,9 @@ fn lying(in: LitterVertex) -> Varyings {
     let q = normalize(in.orientation);
     let scale = in.place_scale.w * vanishing(in.times.y);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * scale;
-    // As loose leaves have it: the root of half the colour.
-    var color = in.color_ambient.rgb * sqrt(withering(fall.time - in.times.x));
-    if fall.show == SHOW_LAPS {
+    // Encoded as in LooseLeaf: the root of half the colour.
+    var color = in.color_ambient.rgb * sqrt(withering(since(in.times.x)));
+    if fall.color_loops == 1u {
         color = sqrt(0.5 * LANDED_COLOR);
     }
     let normal = turn_by(q, in.normal.xyz);

@@ -1,11 +1,11 @@
 // Strategy "vertex-buffer" with leaf occlusion.
 
 @vertex
-fn watched(in: PlacedVertex, @location(5) place: u32) -> Varyings {
-    return watched_leaf(placed_vertex(in), place);
+fn drawn(in: BufferVertex, @location(5) leaf: u32) -> Varyings {
+    return drawn_leaf(buffer_vertex(in), leaf);
 }
 
 @vertex
-fn tested(in: PlacedVertex, @location(5) place: u32) -> Counted {
-    return counted_leaf(placed_vertex(in), place);
+fn tested(in: BufferVertex, @location(5) leaf: u32) -> Counted {
+    return tested_leaf(buffer_vertex(in), leaf);
 }

@@ -1,11 +1,11 @@
 // Strategy "vertex" with leaf occlusion.
 
 @vertex
-fn watched(in: FallingVertex, @builtin(instance_index) place: u32) -> Varyings {
-    return watched_leaf(falling_vertex(in), place);
+fn drawn(in: FallingVertex, @builtin(instance_index) leaf: u32) -> Varyings {
+    return drawn_leaf(falling_vertex(in), leaf);
 }
 
 @vertex
-fn tested(in: FallingVertex, @builtin(instance_index) place: u32) -> Counted {
-    return counted_leaf(falling_vertex(in), place);
+fn tested(in: FallingVertex, @builtin(instance_index) leaf: u32) -> Counted {
+    return tested_leaf(falling_vertex(in), leaf);
 }

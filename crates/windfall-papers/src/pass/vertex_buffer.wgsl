@@ -1,32 +1,31 @@
-// Strategy "vertex-buffer" (VB 6.2): a fragment finds where a leaf's vertex is; what it writes is
-// copied to a buffer and drawn as vertices.
+// Strategy "vertex-buffer" (VB 6.2): a fragment poses one vertex of a leaf; its result is copied to a buffer and drawn
+// as a vertex.
 
-struct Patch {
+struct Region {
     @builtin(position) clip: vec4<f32>,
-    // First texel of the patch, vertices of a leaf, first leaf, where the shape is in the tables: twice that,
-    // and 1 if leaves are lit once.
+    // First texel of the region; vertices of a leaf; first leaf; where the shape is in the tables: twice that, plus 1
+    // for small leaves.
     @location(0) @interpolate(flat) record: vec4<u32>,
 }
 
 @vertex
-fn cover(@builtin(vertex_index) index: u32, @location(0) record: vec4<u32>) -> Patch {
-    return Patch(covering_triangle(index), record);
+fn cover(@builtin(vertex_index) index: u32, @location(0) record: vec4<u32>) -> Region {
+    return Region(covering_triangle(index), record);
 }
 
 struct VertexTexel {
-    // Place, normal in octahedral coordinates.
+    // Position, normal in octahedral coordinates.
     @location(0) place: vec4<u32>,
-    // Colour, look, texture coordinates or what leaves that are lit once have for them, place of the leaf in
-    // the list.
+    // Colour; packed appearance; texture coordinates, or pack_middle for small leaves; index of the leaf.
     @location(1) rest: vec4<u32>,
 }
 
 @fragment
-fn pose(in: Patch) -> VertexTexel {
+fn pose(in: Region) -> VertexTexel {
     let pixel = vec2<u32>(in.clip.xy);
-    let i = pixel.y * 2048u + pixel.x - in.record.x;
-    let place = in.record.z + i / in.record.y;
-    let leaf = leaf_of_texels(place);
+    let i = pixel.y * VERTEX_ROW + pixel.x - in.record.x;
+    let index = in.record.z + i / in.record.y;
+    let leaf = leaf_of_texels(index);
     let corner = (in.record.w >> 1u) + 2u * (i % in.record.y);
     let position_u = bitcast<vec4<f32>>(table(corner));
     let normal_v = bitcast<vec4<f32>>(table(corner + 1u));
@@ -37,6 +36,6 @@ fn pose(in: Patch) -> VertexTexel {
     let to_middle = pack_middle(leaf.position - world, length(normal_v.xyz));
     return VertexTexel(
         vec4(bitcast<vec3<u32>>(world), pack2x16snorm(normal)),
-        vec4(leaf.color, leaf.look, select(uv, to_middle, (in.record.w & 1u) == 1u), place),
+        vec4(leaf.color, leaf.look, select(uv, to_middle, (in.record.w & 1u) == 1u), index),
     );
 }

@@ -1,13 +1,14 @@
-// Strategy "vertex" (VB 6, first): every vertex finds where its leaf is.
+// Strategy "vertex" (VB 6, first): every vertex poses its leaf.
 
 struct FallingVertex {
     @location(0) position: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) uv: vec2<f32>,
+    // FallingLeaf.
     @location(3) origin_detach: vec4<f32>,
     @location(4) landing: vec4<f32>,
-    @location(5) sizes: vec4<f32>,
-    @location(6) turns: vec4<u32>,
+    @location(5) numbers: vec4<f32>,
+    @location(6) rotations: vec4<u32>,
     @location(7) keys: vec4<u32>,
 }
 
@@ -17,6 +18,6 @@ fn falling(in: FallingVertex) -> Varyings {
 }
 
 fn falling_vertex(in: FallingVertex) -> Varyings {
-    let leaf = listed_leaf(in.origin_detach, in.landing, in.sizes, in.turns, in.keys);
+    let leaf = active_leaf(in.origin_detach, in.landing, in.numbers, in.rotations, in.keys);
     return posed(in.position.xyz, in.normal.xyz, in.uv, leaf);
 }

@@ -1,4 +1,4 @@
-// Strategy "fragment" (VB 6.1): a fragment finds where a leaf is; the vertex shader looks it up.
+// Strategy "fragment" (VB 6.1): a fragment poses a leaf; the vertex shader of fragment_draw.wgsl reads the result.
 
 @vertex
 fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -6,15 +6,15 @@ fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 }
 
 struct LeafTexel {
-    // Place and size; the other half of a LooseLeaf.
-    @location(0) place: vec4<f32>,
+    // Position and scale; then the other half of a LooseLeaf.
+    @location(0) position_scale: vec4<f32>,
     @location(1) rest: vec4<u32>,
 }
 
 @fragment
 fn pose(@builtin(position) at: vec4<f32>) -> LeafTexel {
     let pixel = vec2<u32>(at.xy);
-    let leaf = leaf_of_texels(pixel.y * 256u + pixel.x);
+    let leaf = leaf_of_texels(pixel.y * BLOCK_SIZE + pixel.x);
     return LeafTexel(
         vec4(leaf.position, leaf.scale),
         vec4(leaf.orientation_xy, leaf.orientation_zw, leaf.color, leaf.look),

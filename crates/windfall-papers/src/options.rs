@@ -1,30 +1,28 @@
-//! How falling leaves are computed, and what is spared.
+//! Which published method draws falling leaves.
 
 use std::fmt;
 use std::str::FromStr;
+use windfall_gpu::UnknownName;
 
-/// Where the pose of a falling leaf is computed. All give the same picture.
+/// Where the pose of a falling leaf is computed: the three methods of P.-P. Vázquez and M. Balsa, "Rendering Falling
+/// Leaves on Graphics Hardware", JVRB 5(2), 2008 (VB), section 6.
 ///
-/// The first three are those of P.-P. Vázquez and M. Balsa, "Rendering Falling Leaves on Graphics
-/// Hardware", JVRB 5(2), 2008, section 6. They need no compute shader: the list of falling leaves is
-/// kept on the CPU, which costs it a few tens of microseconds for each leaf that detaches, and a seek
-/// rebuilds the list. Small leaves are listed apart: where the eye jumps, every leaf is looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// All give the picture of the renderer's own compute path. They need no compute shader: the list of active leaves is
+/// kept on the CPU, which takes a few tens of microseconds for each leaf that detaches; a jump in time rebuilds the
+/// list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Strategy {
-    /// In the vertex shader, once per vertex.
+    /// In the vertex shader, once per vertex (VB 6, first).
     Vertex,
-    /// In a fragment shader, once per leaf, into textures that the vertex shader reads.
+    /// In a fragment shader, once per leaf, into textures that the vertex shader reads (VB 6.1).
     Fragment,
-    /// In a fragment shader, once per leaf vertex, into textures that are copied to a vertex buffer.
+    /// In a fragment shader, once per leaf vertex, into textures that are copied to vertex buffers (VB 6.2).
     VertexBuffer,
-    /// In a compute shader, with the list of leaves and their landings there too. The default.
-    #[default]
-    Compute,
 }
 
 impl Strategy {
-    /// All of them, in the order of the paper, then `Compute`.
-    pub const ALL: [Self; 4] = [Self::Vertex, Self::Fragment, Self::VertexBuffer, Self::Compute];
+    /// All of them, in the paper's order.
+    pub const ALL: [Self; 3] = [Self::Vertex, Self::Fragment, Self::VertexBuffer];
 
     /// Its name on command lines and in scene files.
     pub fn name(self) -> &'static str {
@@ -32,7 +30,6 @@ impl Strategy {
             Self::Vertex => "vertex",
             Self::Fragment => "fragment",
             Self::VertexBuffer => "vertex-buffer",
-            Self::Compute => "compute",
         }
     }
 }
@@ -40,21 +37,6 @@ impl Strategy {
 impl fmt::Display for Strategy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
-    }
-}
-
-/// A name that is none of a list.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{kind} {name:?} is not known; there are: {known}")]
-pub struct UnknownName {
-    kind: &'static str,
-    name: String,
-    known: String,
-}
-
-impl UnknownName {
-    pub(crate) fn new(kind: &'static str, name: &str, known: &[&str]) -> Self {
-        Self { kind, name: name.to_owned(), known: known.join(", ") }
     }
 }
 
@@ -69,16 +51,15 @@ impl FromStr for Strategy {
     }
 }
 
-/// When a leaf that has landed leaves the list of falling leaves and becomes static geometry (VB 5).
-/// [`Strategy::Compute`] keeps both in one list and takes no notice.
+/// When a landed leaf leaves the list of active leaves and becomes static geometry (leaf elimination, VB 5). Pictures
+/// do not depend on it, the time they take does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Elimination {
-    /// Never: every leaf that was thrown is computed in each frame, as in VB before section 5.
+    /// Never: every detached leaf is posed in each frame, as in VB before section 5.
     Off,
-    /// As in VB: each frame tests the leaves that have waited longest, of those that began to fall
-    /// at least two seconds ago.
+    /// As in VB: each frame tests the leaves that were tested longest ago, from two seconds after they detached.
     Progressive {
-        /// Leaves that are tested in a frame; VB: 10 to 20.
+        /// Leaves tested in a frame; VB: 10 to 20.
         per_frame: u32,
     },
     /// At the moment of landing, which is known from the start. The default.

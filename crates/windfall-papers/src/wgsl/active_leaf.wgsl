@@ -1,6 +1,6 @@
-// A leaf of the list that the CPU keeps: FallingLeaf as five vectors.
+// Poses an entry of the CPU's list: FallingLeaf as five vectors.
 
-fn listed_leaf(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<u32>, e: vec4<u32>) -> LooseLeaf {
+fn active_leaf(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<u32>, e: vec4<u32>) -> LooseLeaf {
     let sizes = unpack2x16float(e.w);
     var leaf: LeafConstants;
     leaf.falls.origin = a.xyz;

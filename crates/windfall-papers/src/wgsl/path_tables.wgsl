@@ -1,4 +1,4 @@
-// Where strategies without storage buffers find paths, terrain and models.
+// Paths, terrain and models for strategies without storage buffers.
 
 @group(2) @binding(0) var<uniform> fall: FallFrame;
 @group(2) @binding(1) var table_texels: texture_2d<u32>;
