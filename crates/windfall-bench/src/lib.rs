@@ -14,6 +14,7 @@ mod image;
 mod output;
 mod picture;
 mod plot;
+mod scenery;
 mod simplification;
 mod statistics;
 

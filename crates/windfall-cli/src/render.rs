@@ -11,8 +11,8 @@ use std::time::Instant;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_core::tree::Tree;
 use windfall_gpu::{
-    Capture, CountReadback, DebugView, Light, Moment, Options, Picture, PictureTargets, Recording,
-    Renderer, SkyMap, SkyPicture, View, ViewState,
+    Capture, DebugView, Light, Options, PictureTargets, Recording, Renderer, SkyMap, SkyPicture,
+    View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
@@ -73,7 +73,7 @@ pub struct Args {
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
-    /// Skip leaves in the air that are not seen, for some frames: on or off
+    /// Skip leaves in the air that are not seen, for some frames: on or off (not for compute)
     #[arg(long, value_name = "on|off", value_parser = parse_switch)]
     leaf_occlusion: Option<bool>,
     /// What the picture may cost: low, medium or high
@@ -181,7 +181,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
-    if scene.leaf_occlusion && !gpu.fragment_stores {
+    if scene.leaf_occlusion && scene.strategy == Strategy::Compute {
+        eprintln!(
+            "note: leaf_occlusion is for the strategies vertex, fragment and vertex-buffer; compute \
+             draws every leaf in view"
+        );
+    } else if scene.leaf_occlusion && !gpu.fragment_stores {
         bail!(
             "leaf_occlusion: {} lets no fragment write to buffers, which counts what is seen; \
              --leaf-occlusion off draws all leaves",
@@ -280,8 +285,12 @@ impl Args {
         scene.prune_order = self.prune_order.unwrap_or(scene.prune_order);
         scene.elimination = self.elimination.unwrap_or(scene.elimination);
         scene.leaf_occlusion = self.leaf_occlusion.unwrap_or(scene.leaf_occlusion);
-        if self.view == DebugView::Occlusion && !scene.leaf_occlusion {
-            bail!("--view occlusion: shows leaf occlusion; add --leaf-occlusion on");
+        let occlusion = scene.leaf_occlusion && scene.strategy != Strategy::Compute;
+        if self.view == DebugView::Occlusion && !occlusion {
+            bail!(
+                "--view occlusion: shows leaf occlusion; add --leaf-occlusion on, and --strategy vertex, \
+                 fragment or vertex-buffer"
+            );
         }
         scene.culling = self.culling.unwrap_or(scene.culling);
         scene.detail.h = self.h.unwrap_or(scene.detail.h);
@@ -382,17 +391,14 @@ impl Pictures {
         }
         let start = Instant::now();
         let Self { renderer, planted, state, targets, texture, .. } = self;
-        let forest = &mut planted.forest;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let output = texture.create_view(&Default::default());
         let mut recording =
             Recording { queue: &gpu.queue, encoder: &mut encoder, timing: gpu.timing() };
-        renderer.advance(&mut recording, forest, Moment::of(time, &view))?;
-        let picture = Picture { targets, output: &output, layers: &mut [] };
-        renderer.render(&mut recording, forest, state, &view, picture)?;
+        planted.render(renderer, &mut recording, state, (time, &view), (targets, &output))?;
         let capture = Capture::encode(&gpu.device, &mut encoder, texture);
-        let counts = CountReadback::encode(&gpu.device, &mut encoder, forest, state)
-            .context("nothing was drawn")?;
+        let counts =
+            planted.count(&gpu.device, &mut encoder, state).context("nothing was drawn")?;
         gpu.profiler.resolve_queries(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -402,7 +408,7 @@ impl Pictures {
         gpu.wait()?;
         let counts = counts.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
-        let (totals, trees) = (forest.totals(), counts.trees);
+        let (totals, trees) = (planted.forest.totals(), counts.trees);
         let report = FrameReport {
             frame,
             time,
@@ -410,13 +416,13 @@ impl Pictures {
             trees_visible: trees.visible,
             leaves_total: totals.leaves,
             leaves_hanging_drawn: trees.leaves_hanging,
-            leaves_falling: u64::from(counts.falling),
-            leaves_falling_drawn: u64::from(counts.falling_drawn),
-            leaves_landed: u64::from(counts.landed),
-            leaves_eliminated: 0,
-            leaves_checked: 0,
-            leaves_tested: 0,
-            leaves_skipped: 0,
+            leaves_falling: counts.falling,
+            leaves_falling_drawn: counts.falling_drawn,
+            leaves_landed: counts.landed,
+            leaves_eliminated: counts.eliminated,
+            leaves_checked: counts.checked,
+            leaves_tested: counts.tested,
+            leaves_skipped: counts.skipped,
             triangles_full: totals.triangles,
             triangles_drawn: trees.triangles,
             lambda_total: trees.lambda_total(),

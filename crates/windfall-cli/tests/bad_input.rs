@@ -110,6 +110,7 @@ fn leaf_occlusion_is_on_or_off_and_its_view_needs_it() {
     place.fail(2, "render small.ron --leaf-occlusion maybe --out out.png", &["neither on nor off"]);
     let words = ["--view occlusion", "--leaf-occlusion on"];
     place.fail(1, "render small.ron --view occlusion --out out.png", &words);
+    place.fail(1, "render small.ron --view occlusion --leaf-occlusion on --out out.png", &words);
 }
 
 #[test]
@@ -204,7 +205,7 @@ fn bad_skies_and_qualities_are_named_with_the_cause() {
         let words = [&[file], words].concat();
         place.fail(1, &format!("render small.ron --sky {file} --out out.png"), &words);
     }
-    place.fail(1, "render small.ron --quality best --out out.png", &["quality", "best", "medium"]);
+    place.fail(2, "render small.ron --quality best --out out.png", &["quality", "best", "medium"]);
     place.succeed("render small.ron --sky even.hdr --quality low --out sky.png");
     place.succeed("render small.ron --quality low --out model.png");
     assert_ne!(place.read("sky.png"), place.read("model.png"));

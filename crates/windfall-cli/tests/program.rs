@@ -41,6 +41,12 @@ fn no_adapter_ends_with_3() {
         &[("WGPU_ADAPTER_NAME", "Voodoo 2")],
         &["Voodoo 2", "there are"],
     );
+    place.fail_with(
+        3,
+        "render small.ron --out a.png",
+        &[("WGPU_BACKEND", "gl")],
+        &["WGPU_BACKEND=gl", "vulkan, metal, dx12"],
+    );
 }
 
 #[test]

@@ -168,6 +168,7 @@ fn json_has_every_field_and_counts_add_up() {
             "leaves_falling_drawn",
             "leaves_landed",
             "leaves_eliminated",
+            "leaves_checked",
             "leaves_tested",
             "leaves_skipped",
             "triangles_full",
@@ -184,6 +185,35 @@ fn json_has_every_field_and_counts_add_up() {
         assert_eq!([&frame["trees"], &frame["leaves_total"]], [4, 8]);
         assert_eq!(frame["triangles_full"], 24);
     }
+}
+
+#[test]
+fn the_work_of_published_strategies_is_reported() {
+    let place = Place::new();
+    let frame = |strategy: &str| {
+        let run = place.run(&format!(
+            "render lone-oak --size 48x32 --strategy {strategy} --leaf-occlusion on --json --out a.png"
+        ));
+        assert_eq!(run.code, Some(0), "{run:?}");
+        let report: Value = serde_json::from_str(&run.stdout).unwrap();
+        (report["frames"][0].clone(), run.stderr)
+    };
+    let (vertex, said) = frame("vertex");
+    assert_eq!(said, "");
+    assert!(vertex["leaves_tested"].as_u64().unwrap() > 100, "{vertex}");
+    assert_eq!(vertex["leaves_eliminated"], vertex["leaves_landed"]);
+    let (compute, said) = frame("compute");
+    assert!(said.starts_with("note: leaf_occlusion is for the strategies vertex"), "{said}");
+    for field in ["leaves_eliminated", "leaves_checked", "leaves_tested", "leaves_skipped"] {
+        assert_eq!(compute[field], 0, "{field}");
+    }
+    // What does not depend on the strategy.
+    for field in
+        ["trees", "leaves_total", "leaves_hanging_drawn", "leaves_falling", "leaves_landed"]
+    {
+        assert_eq!(vertex[field], compute[field], "{field}");
+    }
+    assert!(compute["leaves_falling"].as_u64().unwrap() > 100, "{compute}");
 }
 
 #[test]

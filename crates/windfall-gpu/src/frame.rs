@@ -72,7 +72,6 @@ pub struct LayerFrame<'a> {
     /// Group 0.
     pub group: &'a wgpu::BindGroup,
     pub(crate) prepared: &'a Prepared,
-    pub(crate) lists: &'a crate::view::lists::TreeLists,
 }
 
 impl LayerFrame<'_> {
@@ -143,12 +142,12 @@ impl Renderer {
         encoder.clear_buffer(&loose.counters, 0, None);
         timing.compute_pass(encoder, "find", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
-            self.falls.find(pass, loose);
+            self.falls.collect_detached(pass, loose);
         });
         loose.copy_count(encoder, Counter::LandingGroups);
         timing.compute_pass(encoder, "land", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
-            self.falls.land(pass, loose);
+            self.falls.solve_landings(pass, loose);
         });
         timing.compute_pass(encoder, "pose", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
@@ -157,7 +156,7 @@ impl Renderer {
         loose.copy_count(encoder, Counter::ChangeGroups);
         timing.compute_pass(encoder, "change", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
-            self.falls.change(pass, loose);
+            self.falls.transition(pass, loose);
         });
         Ok(())
     }
@@ -199,7 +198,7 @@ impl Renderer {
         if self.picture.is_some() {
             return Err(ViewError::NoLayer { layer: "a target of the host's (Layers::picture)" });
         }
-        let (buffers, lists, prepared) = self.prepared(forest, state)?;
+        let (buffers, lists, prepared) = Self::prepared(forest, state)?;
         pass.set_bind_group(0, &state.frame.group, &[]);
         let mut pass = TimedPass::plain(pass);
         self.trees(&mut pass, buffers, lists, &prepared.view);
@@ -224,7 +223,7 @@ impl Renderer {
         let Some(passes) = &self.depth_only else {
             return Err(ViewError::NoLayer { layer: "Options::depth_only" });
         };
-        let (buffers, lists, prepared) = self.prepared(forest, state)?;
+        let (buffers, lists, prepared) = Self::prepared(forest, state)?;
         pass.set_bind_group(0, &state.frame.group, &[]);
         depth(pass, passes, buffers, lists, 0, prepared.view.detail.fade.by);
         passes.loose.draw(pass, buffers, &lists.loose);
@@ -252,12 +251,12 @@ impl Renderer {
         let pyramid = occlusion.then_some(&targets.pyramid);
         self.begin(recording, forest, state, view, ((targets.width, targets.height), pyramid))?;
         for layer in layers.iter_mut() {
-            layer.prepare(recording, &self.layer_frame(forest, state)?);
+            layer.prepare(recording, &Self::layer_frame(forest, state)?);
         }
         self.shadow_maps(recording, forest, state, layers);
         self.spread(recording, forest, state);
-        let (buffers, lists, _) = self.prepared(forest, state)?;
-        let frame = self.layer_frame(forest, state)?;
+        let (buffers, lists, _) = Self::prepared(forest, state)?;
+        let frame = Self::layer_frame(forest, state)?;
         let group = &state.frame.group;
         if occlusion {
             // What the frame before did not hide, and the ground, hide the rest of this frame.
@@ -375,7 +374,7 @@ impl Renderer {
             pass.set_bind_group(0, &state.frame.group, &[]);
             self.gather.run(pass, &forest_buffers.loose, loose);
         });
-        state.prepared = Some(Prepared { view: view.clone(), eye, cull, frame, cascades });
+        state.prepared = Some(Prepared { view: view.clone(), cull, cascades });
         Ok(())
     }
 
@@ -401,11 +400,11 @@ impl Renderer {
         layers: &[&mut dyn Layer],
     ) {
         let (Some(passes), Some(maps)) = (&self.shadows, &state.shadows) else { return };
-        let Ok((buffers, lists, prepared)) = self.prepared(forest, state) else { return };
+        let Ok((buffers, lists, prepared)) = Self::prepared(forest, state) else { return };
         let Some(cascades) = prepared.cascades.as_ref().filter(|_| prepared.view.shadows) else {
             return;
         };
-        let Ok(frame) = self.layer_frame(forest, state) else { return };
+        let Ok(frame) = Self::layer_frame(forest, state) else { return };
         let Recording { encoder, timing, .. } = recording;
         for (i, cascade) in cascades.iter().enumerate() {
             let FrameGroup { group, .. } = &state.shadow_frames[i];
@@ -428,7 +427,7 @@ impl Renderer {
 
     /// Places and lights the leaves that are drawn as quads.
     fn spread(&self, recording: &mut Recording<'_>, forest: &Forest, state: &ViewState) {
-        let Ok((buffers, lists, prepared)) = self.prepared(forest, state) else { return };
+        let Ok((buffers, lists, prepared)) = Self::prepared(forest, state) else { return };
         let Some(quads) = lists.quads.as_ref().filter(|_| opaque(&prepared.view)) else { return };
         let Recording { encoder, timing, .. } = recording;
         timing.compute_pass(encoder, "spread", |pass| {
@@ -490,7 +489,6 @@ impl Renderer {
 
     /// What was prepared of a view.
     fn prepared<'a>(
-        &self,
         forest: &'a Forest,
         state: &'a ViewState,
     ) -> Result<(&'a ForestBuffers, &'a ViewBuffers, &'a Prepared), ViewError> {
@@ -501,17 +499,15 @@ impl Renderer {
     }
 
     fn layer_frame<'a>(
-        &self,
         forest: &'a Forest,
         state: &'a ViewState,
     ) -> Result<LayerFrame<'a>, ViewError> {
-        let (_, lists, prepared) = self.prepared(forest, state)?;
+        let (_, _, prepared) = Self::prepared(forest, state)?;
         Ok(LayerFrame {
             forest,
             view: &prepared.view,
             group: &state.frame.group,
             prepared,
-            lists: &lists.lists,
         })
     }
 }

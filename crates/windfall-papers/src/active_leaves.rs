@@ -44,20 +44,30 @@ struct Slot {
     landed: bool,
     /// Whether the leaf is drawn in two triangles.
     small: bool,
-    /// How far the leaf may be from the straight line of its fall, metres.
-    reach: f32,
     /// Distance travelled by the eye at which `small` is decided again.
     recheck: f32,
 }
 
-const NO_LEAF: Slot = Slot {
-    entry: 0,
-    place: Place::Nowhere,
-    landed: false,
-    small: false,
-    reach: 0.0,
-    recheck: NEVER,
-};
+const NO_LEAF: Slot =
+    Slot { entry: 0, place: Place::Nowhere, landed: false, small: false, recheck: NEVER };
+
+/// Pieces of a fall in each of which a leaf is either full or small.
+const PIECES: usize = 8;
+
+/// `recheck` of a leaf that is looked at in every frame.
+const EVERY_FRAME: f32 = -1.0;
+
+/// Where a leaf is during its fall: near a line in each piece of it.
+struct Track {
+    points: [Vec3; PIECES + 1],
+    /// How far it may be from the line between the points of a piece, metres.
+    reach: [f32; PIECES],
+}
+
+/// When a piece of a leaf's fall begins, seconds on the forest's clock.
+fn piece_start(leaf: &FallingLeaf, piece: usize) -> f64 {
+    f64::from(leaf.detach_time) + f64::from(leaf.landing.w) * (piece as f64 / PIECES as f64)
+}
 
 /// Something that is due for the leaf of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,6 +123,8 @@ pub struct ActiveLeaves {
     /// The entries of each stream that are in a list.
     listed: Vec<Range<u32>>,
     slots: Vec<Slot>,
+    /// By slot, of leaves in the air that can be small.
+    tracks: Vec<Option<Box<Track>>>,
     pub active: Arena<FallingLeaf>,
     pub litter: Arena<LitterLeaf>,
     landings: BinaryHeap<Due>,
@@ -121,8 +133,10 @@ pub struct ActiveLeaves {
     eye: Eye,
     /// Distances travelled by the eye at which leaves may have become small or large.
     rechecks: BinaryHeap<Due>,
-    /// When leaves have let go of their twigs.
-    releases: BinaryHeap<Due>,
+    /// Leaves that may become small or large at any time of a piece of their fall.
+    undecided: Vec<Due>,
+    /// When leaves have let go of their twigs, and when pieces of their falls begin.
+    phases: BinaryHeap<Due>,
     landed: u64,
     checked: u64,
     moment: Option<ListMoment>,
@@ -140,8 +154,9 @@ impl ActiveLeaves {
         Self {
             elimination,
             gust_rate: Shedding::gust_rate(forest.local_wind()),
-            listed: vec![0..0; streams.streams.len()],
+            listed: vec![0..0; streams.all.len()],
             slots: vec![NO_LEAF; streams.slot_count as usize],
+            tracks: (0..streams.slot_count).map(|_| None).collect(),
             active: Arena::new(device, "active leaves", regions),
             litter: Arena::new(device, "litter", regions),
             streams,
@@ -149,7 +164,8 @@ impl ActiveLeaves {
             waiting: VecDeque::new(),
             eye: Eye::new(),
             rechecks: BinaryHeap::new(),
-            releases: BinaryHeap::new(),
+            undecided: Vec::new(),
+            phases: BinaryHeap::new(),
             landed: 0,
             checked: 0,
             moment: None,
@@ -167,17 +183,24 @@ impl ActiveLeaves {
             self.clear();
         }
         self.moment = Some(moment);
+        let undecided = std::mem::take(&mut self.undecided);
         self.collect_detached(forest, moment);
         self.eliminate(moment);
+        for due in undecided {
+            if self.slot_of(&due).is_some_and(|slot| slot.recheck == EVERY_FRAME) {
+                self.sort_by_size(due.stream, due.entry);
+            }
+        }
         if anew {
             self.rechecks.clear();
-            for s in 0..self.streams.streams.len() {
+            self.undecided.clear();
+            for s in 0..self.streams.all.len() {
                 for entry in self.listed[s].clone() {
                     self.sort_by_size(s as u32, entry);
                 }
             }
         }
-        for due in until(&mut self.releases, moment.time) {
+        for due in until(&mut self.phases, moment.time) {
             if self.slot_of(&due).is_some() {
                 self.sort_by_size(due.stream, due.entry);
             }
@@ -192,7 +215,7 @@ impl ActiveLeaves {
 
     /// The slot of what is due; `None` if its leaf has vanished.
     fn slot_of(&self, due: &Due) -> Option<Slot> {
-        let slot = self.slots[self.streams.streams[due.stream as usize].slot(due.entry)];
+        let slot = self.slots[self.streams.all[due.stream as usize].slot(due.entry)];
         (slot.entry == due.entry && slot.place != Place::Nowhere).then_some(slot)
     }
 
@@ -213,10 +236,12 @@ impl ActiveLeaves {
         self.litter.clear();
         self.listed.fill(0..0);
         self.slots.fill(NO_LEAF);
+        self.tracks.fill_with(|| None);
         self.landings.clear();
         self.waiting.clear();
         self.rechecks.clear();
-        self.releases.clear();
+        self.undecided.clear();
+        self.phases.clear();
         self.landed = 0;
     }
 
@@ -230,8 +255,8 @@ impl ActiveLeaves {
         };
         // Made once, and only if needed: it goes over the whole terrain.
         let mut made = None;
-        for s in 0..self.streams.streams.len() {
-            let stream = self.streams.streams[s].clone();
+        for s in 0..self.streams.all.len() {
+            let stream = self.streams.all[s].clone();
             let before = self.listed[s].clone();
             let end = self.detached(forest, &stream, before.end, moment.time);
             if end == before.end {
@@ -248,15 +273,16 @@ impl ActiveLeaves {
                 // A program let it detach before: the forest draws it.
                 let scripted = self.streams.scripted_time(&stream, entry);
                 if scripted.is_none_or(|time| time >= detach_time) {
-                    let (leaf, reach) = self.falling_leaf(forest, fall, &stream, entry);
-                    self.add(s as u32, entry, leaf, reach, moment);
+                    let (leaf, track) = self.falling_leaf(forest, fall, &stream, entry, moment);
+                    self.tracks[stream.slot(entry)] = track;
+                    self.add(s as u32, entry, leaf, moment);
                 }
             }
         }
     }
 
-    fn add(&mut self, s: u32, entry: u32, leaf: FallingLeaf, reach: f32, moment: ListMoment) {
-        let stream = &self.streams.streams[s as usize];
+    fn add(&mut self, s: u32, entry: u32, leaf: FallingLeaf, moment: ListMoment) {
+        let stream = &self.streams.all[s as usize];
         let landing = f64::from(leaf.detach_time) + f64::from(leaf.landing.w);
         let landed = landing <= moment.time;
         let index = stream.slot(entry);
@@ -274,11 +300,13 @@ impl ActiveLeaves {
             }
             Place::Active(at)
         };
-        self.slots[index] = Slot { entry, place, landed, reach, ..NO_LEAF };
+        self.slots[index] = Slot { entry, place, landed, ..NO_LEAF };
         self.sort_by_size(s, entry);
-        let release = f64::from(leaf.detach_time + LETTING_GO);
-        if release > moment.time {
-            self.releases.push(due(release));
+        if self.streams.can_be_small(&self.streams.all[s as usize]) {
+            let release = f64::from(leaf.detach_time + LETTING_GO);
+            let pieces = (1..PIECES).map(|piece| piece_start(&leaf, piece));
+            let phases = pieces.chain([release]).filter(|&at| at > moment.time);
+            self.phases.extend(phases.map(due));
         }
         if landed {
             self.landed += 1;
@@ -313,14 +341,15 @@ impl ActiveLeaves {
         low
     }
 
-    /// The leaf of an entry, and how far it may be from the straight line of its fall, metres.
+    /// The leaf of an entry, and its track if it is in the air and can be small.
     fn falling_leaf(
         &self,
         forest: &Forest,
         fall: &Fall<'_>,
         stream: &Stream,
         entry: u32,
-    ) -> (FallingLeaf, f32) {
+        moment: ListMoment,
+    ) -> (FallingLeaf, Option<Box<Track>>) {
         let (tree, record) = (&stream.tree, self.streams.record(stream, entry));
         let model = &self.streams.model(stream).uniform;
         let own = unpack_rotation([record.orientation_xy, record.orientation_zw]);
@@ -346,13 +375,21 @@ impl ActiveLeaves {
         let bent = octahedral(turned(tree, bent));
         let [twig_xy, twig_zw] = pack_rotation(leaf_fall.twig_orientation);
         let [lying_xy, lying_zw] = pack_rotation(landing.orientation);
-        let from_line = |i: i32| {
-            let time = leaf_fall.detach_time + f64::from(landing.time) * f64::from(i) / 8.0;
-            let place = fall.pose(&leaf_fall, &landing, time).position;
-            distance_to_segment(place, leaf_fall.origin, landing.position)
-        };
-        let can_be_small = self.streams.can_be_small(stream);
-        let reach = if can_be_small { (1..8).map(from_line).fold(0.0, f32::max) } else { 0.0 };
+        let landing_time = f64::from(detach_time) + f64::from(landing.time);
+        let in_air = landing_time > moment.time;
+        let track = (in_air && self.streams.can_be_small(stream)).then(|| {
+            let at = |piece: f64| {
+                let elapsed = f64::from(landing.time) * piece / PIECES as f64;
+                fall.pose(&leaf_fall, &landing, leaf_fall.detach_time + elapsed).position
+            };
+            let points = std::array::from_fn(|i| at(i as f64));
+            let reach = |i: usize| {
+                let middle = at(i as f64 + 0.5);
+                // What swings to the middle may swing a little farther beside it.
+                1.5 * distance_to_segment(middle, points[i], points[i + 1])
+            };
+            Box::new(Track { reach: std::array::from_fn(reach), points })
+        });
         let leaf = FallingLeaf {
             origin: leaf_fall.origin,
             detach_time,
@@ -375,12 +412,12 @@ impl ActiveLeaves {
             scale_stack: u32::from(f16::from_f32(scale).to_bits())
                 | u32::from(f16::from_f32(stack).to_bits()) << 16,
         };
-        (leaf, reach)
+        (leaf, track)
     }
 
     /// Moves the leaf of an entry to the region of its size in the view.
     fn sort_by_size(&mut self, s: u32, entry: u32) {
-        let stream = self.streams.streams[s as usize].clone();
+        let stream = self.streams.all[s as usize].clone();
         if !self.streams.can_be_small(&stream) {
             return;
         }
@@ -389,28 +426,28 @@ impl ActiveLeaves {
         let own_scale = self.streams.record(&stream, entry).scale;
         let length = 2.0 * self.streams.radius(&stream) * stream.tree.scale * own_scale;
         let now = self.moment.map_or(0.0, |moment| moment.time);
-        let (before, margin) = match slot.place {
+        let (before, margin, steady) = match slot.place {
             Place::Nowhere => return,
             Place::Active(at) => {
                 let leaf = &self.active.regions[stream.region(slot.small)].items[at as usize];
-                let end = leaf.landing.truncate();
-                let (line, reach) =
-                    if slot.landed { ((end, end), 0.0) } else { ((leaf.origin, end), slot.reach) };
-                let margin = self.eye.margin(length, line, reach);
+                let (margin, steady) = match &self.tracks[index] {
+                    Some(track) if !slot.landed => self.margin_in_air(leaf, track, length, now),
+                    _ => (self.eye.margin(length, leaf.landing.truncate()), true),
+                };
                 // Until it has let go it looks like the leaves on its tree.
                 let released = f64::from(leaf.detach_time + LETTING_GO) <= now;
                 let crown = &self.streams.model(&stream).crown;
                 let tree =
                     if released { NEVER } else { self.eye.margin_of_tree(&stream.tree, crown) };
-                (at, margin.min(tree))
+                (at, margin.min(tree), steady)
             }
             Place::Litter(at) => {
                 let leaf = &self.litter.regions[stream.region(slot.small)].items[at as usize];
-                (at, self.eye.margin(length, (leaf.position, leaf.position), 0.0))
+                (at, self.eye.margin(length, leaf.position), true)
             }
         };
         let small = margin > 0.0;
-        let recheck = self.eye.travelled + margin.abs();
+        let recheck = if steady { self.eye.travelled + margin.abs() } else { EVERY_FRAME };
         if small != slot.small {
             let [from, to] = [slot.small, small].map(|small| stream.region(small));
             match &mut self.slots[index].place {
@@ -428,9 +465,38 @@ impl ActiveLeaves {
         }
         let slot = &mut self.slots[index];
         (slot.small, slot.recheck) = (small, recheck);
-        if recheck.is_finite() {
-            self.rechecks.push(Due { at: recheck.into(), stream: s, entry });
+        let due = Due { at: recheck.into(), stream: s, entry };
+        if !steady {
+            self.undecided.push(due);
+        } else if recheck.is_finite() {
+            self.rechecks.push(due);
         }
+    }
+
+    /// [`Eye::margin`] of a leaf in the air, and whether it keeps its sign for the rest of the piece of its fall.
+    fn margin_in_air(
+        &self,
+        leaf: &FallingLeaf,
+        track: &Track,
+        length: f32,
+        now: f64,
+    ) -> (f32, bool) {
+        let begun = |&piece: &usize| piece_start(leaf, piece) <= now;
+        let piece = (1..PIECES).filter(begun).count();
+        let (from, to) = (track.points[piece], track.points[piece + 1]);
+        let reach = track.reach[piece];
+        let nearest = self.eye.margin_of_segment(length, (from, to), reach);
+        if nearest > 0.0 {
+            return (nearest, true);
+        }
+        let farthest = [from, to].map(|at| self.eye.margin(length, at));
+        let farthest = farthest[0].max(farthest[1]) + reach;
+        if farthest < 0.0 {
+            return (farthest, true);
+        }
+        let (start, end) = (piece_start(leaf, piece), piece_start(leaf, piece + 1));
+        let along = ((now - start) / (end - start).max(1e-9)).clamp(0.0, 1.0) as f32;
+        (self.eye.margin(length, from.lerp(to, along)), false)
     }
 
     fn remove(&mut self, stream: &Stream, entry: u32) {
@@ -440,6 +506,7 @@ impl ActiveLeaves {
             self.landed -= 1;
         }
         self.slots[index] = NO_LEAF;
+        self.tracks[index] = None;
         self.take_out(stream.region(slot.small), slot.place);
     }
 
@@ -462,8 +529,9 @@ impl ActiveLeaves {
             if self.slot_of(&due).is_none() {
                 continue;
             }
-            let index = self.streams.streams[due.stream as usize].slot(due.entry);
+            let index = self.streams.all[due.stream as usize].slot(due.entry);
             self.slots[index].landed = true;
+            self.tracks[index] = None;
             self.landed += 1;
             if self.elimination == Elimination::Scheduled {
                 self.checked += 1;
@@ -492,7 +560,7 @@ impl ActiveLeaves {
 
     /// Moves a leaf from the active list to the litter.
     fn move_to_litter(&mut self, due: Due, season: f32) {
-        let stream = self.streams.streams[due.stream as usize].clone();
+        let stream = self.streams.all[due.stream as usize].clone();
         let index = stream.slot(due.entry);
         let slot = self.slots[index];
         let Place::Active(at) = slot.place else {
@@ -631,9 +699,8 @@ mod tests {
         let at = |frame: u32| ListMoment { time: 0.3 * f64::from(frame), season: 0.5 };
         for elimination in Elimination::ALL {
             // Some vanish.
-            let lists = || {
-                ActiveLeaves::new(&device, Streams::new(&forest, 150), &forest, elimination)
-            };
+            let lists =
+                || ActiveLeaves::new(&device, Streams::new(&forest, 150), &forest, elimination);
             let mut played = lists();
             let mut seen = [0; 2];
             for frame in 0..200u32 {
@@ -674,7 +741,7 @@ mod tests {
             for _ in 0..40 {
                 still.update(&forest, at(66), &view);
                 still.update(&forest, at(65), &view);
-                assert!(still.releases.len() <= still.slots.len(), "{elimination}");
+                assert!(still.phases.len() <= PIECES * still.slots.len(), "{elimination}");
             }
             assert!(seen[0] > 5000 && seen[1] > 5000, "{seen:?} large and small leaves");
         }

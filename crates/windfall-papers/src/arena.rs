@@ -174,3 +174,60 @@ fn buffer<T>(device: &wgpu::Device, label: &str, records: u32) -> wgpu::Buffer {
         mapped_at_creation: false,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the buffer has for each region.
+    fn uploaded(device: &wgpu::Device, queue: &wgpu::Queue, arena: &Arena<u32>) -> Vec<Vec<u32>> {
+        let bytes = windfall_testing::read(device, queue, &arena.buffer);
+        let words: &[u32] = bytemuck::cast_slice(&bytes);
+        let of =
+            |range: std::ops::Range<u32>| words[range.start as usize..range.end as usize].to_vec();
+        arena.regions.iter().map(|region| of(region.range())).collect()
+    }
+
+    #[test]
+    fn the_buffer_has_what_the_regions_have() {
+        let (device, queue) = windfall_testing::device();
+        let mut arena = Arena::<u32>::new(&device, "words", 3);
+        assert_eq!(arena.upload(&device, &queue, |_| ()), Upload::Nothing);
+        let mut changed = Vec::new();
+        for step in 0..40u32 {
+            for i in 0..20 * step {
+                let region = (i % 3) as usize;
+                arena.regions[region].push(1000 * step + i, i);
+            }
+            // From the front, so that others move; the owner of the moved one is told.
+            for region in &mut arena.regions {
+                for at in 0..(region.items.len() as u32 / 3).min(step) {
+                    let last = region.owners[region.owners.len() - 1];
+                    assert_eq!(region.swap_remove(at), Some(last));
+                    assert_eq!(region.owners[at as usize], last);
+                }
+            }
+            changed.clear();
+            let before = arena.buffer.clone();
+            let upload = arena.upload(&device, &queue, |run| changed.push(run));
+            assert_eq!(upload == Upload::All, arena.buffer != before, "step {step}");
+            let items: Vec<Vec<u32>> = arena.regions.iter().map(|r| r.items.clone()).collect();
+            assert_eq!(uploaded(&device, &queue, &arena), items, "step {step}");
+            assert!(arena.regions.iter().all(|r| r.first % BLOCK_SIZE == 0));
+            assert_eq!(arena.len(), items.iter().map(|i| i.len() as u64).sum::<u64>());
+        }
+        // One record in the middle: one run of one record.
+        arena.regions[1].swap_remove(5);
+        let first = arena.regions[1].first;
+        changed.clear();
+        assert_eq!(arena.upload(&device, &queue, |run| changed.push(run)), Upload::Some);
+        assert!(changed.len() == 1 && changed[0] == (first + 5..first + 6), "{changed:?}");
+        // The last one: nothing moves.
+        let last = arena.regions[2].items.len() as u32 - 1;
+        assert_eq!(arena.regions[2].swap_remove(last), None);
+        assert_eq!(arena.upload(&device, &queue, |_| ()), Upload::Nothing);
+        arena.clear();
+        assert_eq!(arena.len(), 0);
+        assert!(arena.capacity() >= 3 * BLOCK_SIZE);
+    }
+}

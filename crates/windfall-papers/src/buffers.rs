@@ -1,132 +1,171 @@
-//! What the strategies without compute hold on the GPU: the CPU's lists and what is posed of them.
+//! The lists of a forest's leaves on the GPU, and what is posed of them.
 
-use crate::arena::{Arena, GRAIN, Region, Upload};
-use crate::falls::{Falls, LeafRecords, Plan, ShapeBuffers, ShapeVertex, tables};
-use crate::model::GpuModel;
-use crate::pass::{ListedOcclusion, ListedPasses};
-use crate::renderer::Renderer;
-use crate::roster::{Roster, Tally};
-use crate::shared::{FallFrame, FallingLeaf, Model, TreeList};
-use crate::strategy::Strategy;
-use glam::UVec4;
+use crate::active_leaves::{ActiveLeaves, ListMoment};
+use crate::arena::{Arena, BLOCK_SIZE, Region, Upload};
+use crate::layer::ListOptions;
+use crate::options::Strategy;
+use crate::pass::PublishedPasses;
+use crate::pass::occlusion::Visibility;
+use crate::shared::FallingLeaf;
+use crate::streams::Streams;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
-use windfall_core::forest::Forest;
-use windfall_core::tree::Tree;
+use windfall_gpu::internals::shared::{FallFrame, Model, TreeList};
+use windfall_gpu::internals::{ShapeBuffers, ShapeVertex, table_view, tables};
+use windfall_gpu::{Forest, Recording, TreeModel};
 
-/// Texels in a row of the path tables: as `shaders/shared/tables.wgsl`.
-const TABLE_WIDTH: u32 = 1024;
 /// Texels of a leaf in the leaf texture.
-const LEAF_TEXELS: u32 = 5;
-/// Texels in a row of posed vertices: as `shaders/vertex_buffer_falls.wgsl`.
-pub(crate) const VERTEX_WIDTH: u32 = 2048;
-/// Bytes of a texel of every texture here but the tables.
-const TEXEL: u64 = 16;
+pub const LEAF_TEXELS: u32 = size_of::<FallingLeaf>() as u32 / TEXEL_BYTES as u32;
+/// Texels in a row of posed vertices.
+pub const VERTEX_ROW: u32 = 2048;
+/// Bytes of a texel of [`POSITIONS`] and [`WORDS`].
+const TEXEL_BYTES: u64 = 16;
 
-pub(crate) const PLACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-pub(crate) const WORDS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+pub const POSITIONS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub const WORDS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
-/// The falling and fallen leaves of a forest, listed by the CPU.
-pub(crate) struct ListedFalls {
-    pub strategy: Strategy,
-    pub roster: Roster,
-    /// For each region of the lists what its leaves are drawn with.
-    shapes: Vec<ListedShape>,
-    pub uniform: wgpu::Buffer,
+/// The leaves of one forest that have left their twigs.
+pub struct LeafBuffers {
+    strategy: Strategy,
+    pub lists: ActiveLeaves,
+    /// What the leaves of each region are drawn with.
+    shapes: Vec<RegionShape>,
+    uniform: wgpu::Buffer,
     pub tables_group: wgpu::BindGroup,
     pub posed: Posed,
-    pub occlusion: Option<ListedOcclusion>,
-    frame: FallFrame,
+    pub visibility: Option<Visibility>,
+    constants: FallFrame,
     device: wgpu::Device,
 }
 
 /// What the leaves of a region are drawn with.
-pub(crate) struct ListedShape {
-    pub model: usize,
+pub struct RegionShape {
+    pub model: TreeModel,
+    shape: usize,
     /// Whether it is two triangles, for leaves that are lit once.
     pub small: bool,
-    pub buffers: ShapeBuffers,
-    pub vertex_count: u32,
-    indices: Vec<u32>,
-    /// Where its vertices are in the tables.
+    /// Index of its first vertex in the tables.
     table: u32,
 }
 
-impl ListedShape {
-    /// Of a shape; its vertices are added to the tables.
-    fn new(
-        device: &wgpu::Device,
-        model: usize,
-        shape: &LeafShape,
-        small: bool,
-        tables: &mut Vec<UVec4>,
-    ) -> Self {
-        let table = tables.len() as u32;
-        let vertex_count = shape.positions.len() as u32;
-        let vertices = (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i));
-        tables.extend(vertices.flat_map(|vertex| vertex.texels()));
-        let buffers = ShapeBuffers::new(device, shape);
-        Self { model, small, buffers, vertex_count, indices: shape.indices.clone(), table }
+impl RegionShape {
+    fn geometry(&self) -> &LeafShape {
+        let shape = &self.model.loose.shapes[self.shape];
+        shape.small_geometry.as_ref().filter(|_| self.small).unwrap_or(&shape.geometry)
+    }
+
+    pub fn buffers(&self) -> &ShapeBuffers {
+        let shape = &self.model.loose.shapes[self.shape];
+        shape.small.as_ref().filter(|_| self.small).unwrap_or(&shape.full)
+    }
+
+    fn vertex_count(&self) -> u32 {
+        self.geometry().positions.len() as u32
     }
 }
 
 /// What a pose pass writes.
-#[expect(clippy::large_enum_variant, reason = "one of it in a forest")]
-pub(crate) enum Posed {
+#[expect(clippy::large_enum_variant, reason = "one per forest")]
+pub enum Posed {
     /// Nothing: the vertex shader poses.
     Nothing,
     /// Textures with a texel per leaf.
     Leaves(PosedLeaves),
-    /// Textures with a texel per vertex, and what they are copied to.
+    /// Textures with a texel per vertex, and the buffers that they are copied to.
     Vertices(PosedVertices),
 }
 
-pub(crate) struct PosedLeaves {
+pub struct PosedLeaves {
     pub source: LeafTexture,
     pub targets: [wgpu::TextureView; 2],
     pub draw_group: wgpu::BindGroup,
 }
 
-pub(crate) struct PosedVertices {
+pub struct PosedVertices {
     pub source: LeafTexture,
     textures: [wgpu::Texture; 2],
     pub targets: [wgpu::TextureView; 2],
     pub buffers: [wgpu::Buffer; 2],
-    /// For each region what the pose pass must know of it (four words).
-    pub patches: wgpu::Buffer,
+    /// Four words per region: `Region` of `pass/vertex_buffer.wgsl`.
+    pub records: wgpu::Buffer,
     /// First row of each region.
-    rows: Vec<u32>,
-    /// For each region the shape's indices, as often as there is room for leaves.
+    first_rows: Vec<u32>,
+    /// For each region the shape's indices, repeated for as many leaves as it has room.
     pub indices: Vec<wgpu::Buffer>,
-    counts: Vec<u32>,
+    /// Vertices of each region's shape.
+    vertex_counts: Vec<u32>,
 }
 
-/// The list as a texture.
-pub(crate) struct LeafTexture {
+/// The list of active leaves as a texture.
+pub struct LeafTexture {
     texture: wgpu::Texture,
     pub group: wgpu::BindGroup,
 }
 
-impl ListedFalls {
+/// Why lists of this size cannot be kept: what would be too large, what it would be, and the device's limit.
+pub type TooLarge = (&'static str, u64, u64);
+
+/// Whether the device holds the lists of these streams, however their leaves are distributed.
+pub fn check_size(
+    limits: &wgpu::Limits,
+    streams: &Streams,
+    strategy: Strategy,
+) -> Result<(), TooLarge> {
+    let most = |what, size: u64, limit: u64| {
+        if size > limit { Err((what, size, limit)) } else { Ok(()) }
+    };
+    let (mut leaf_rows, mut vertex_rows) = (0, 0);
+    for batch in &streams.batches {
+        let shape = &streams.models[batch.model].loose.shapes[batch.shape];
+        let full = &shape.geometry;
+        // All leaves may have been full once and small once; regions grow by half.
+        for geometry in [full, shape.small_geometry.as_ref().unwrap_or(full)] {
+            let slots = u64::from(batch.slots);
+            let room = (slots + slots / 2).next_multiple_of(BLOCK_SIZE.into());
+            let room = room.max(BLOCK_SIZE.into());
+            leaf_rows += room / u64::from(BLOCK_SIZE);
+            vertex_rows += (room * geometry.positions.len() as u64).div_ceil(VERTEX_ROW.into());
+            if strategy == Strategy::VertexBuffer {
+                let bytes = room * geometry.indices.len() as u64 * 4;
+                most("index buffer", bytes, limits.max_buffer_size)?;
+            }
+        }
+    }
+    let list_bytes = leaf_rows * u64::from(BLOCK_SIZE) * size_of::<FallingLeaf>() as u64;
+    most("list of leaves", list_bytes, limits.max_buffer_size)?;
+    let side = u64::from(limits.max_texture_dimension_2d);
+    most("texture of leaves", leaf_rows, side)?;
+    if strategy == Strategy::VertexBuffer {
+        most("texture of vertices", vertex_rows, side)?;
+        let bytes = vertex_rows * u64::from(VERTEX_ROW) * TEXEL_BYTES;
+        most("buffer of vertices", bytes, limits.max_buffer_size)?;
+    }
+    Ok(())
+}
+
+impl LeafBuffers {
+    /// Empty lists of a forest.
     pub fn new(
-        device: &wgpu::Device,
         queue: &wgpu::Queue,
-        renderer: &Renderer,
-        trees: &[Tree],
-        (gpu_models, models): (&[GpuModel], &[Model]),
+        passes: &PublishedPasses,
         forest: &Forest,
-        falls: &Falls,
+        streams: Streams,
+        options: &ListOptions,
     ) -> Self {
-        let mut records = LeafRecords::new(trees);
-        let mut plan = Plan::new(trees, &mut records, forest, falls);
-        plan.simplify(gpu_models);
-        let (mut table, frame) = tables(falls, forest, models);
+        let device = &passes.device;
+        let models: Vec<Model> = streams.models.iter().map(|model| model.uniform).collect();
+        let (mut table, constants) =
+            tables(forest.falls(), forest.local_wind(), forest.terrain(), &models);
         let mut shapes = Vec::new();
-        for bin in &plan.bins {
-            let shape = &trees[bin.model].foliage.shapes[bin.shape];
-            let small = bin.simple.as_ref().unwrap_or(shape);
-            for (shape, small) in [(shape, false), (small, true)] {
-                shapes.push(ListedShape::new(device, bin.model, shape, small, &mut table));
+        for batch in &streams.batches {
+            for small in [false, true] {
+                let model = streams.models[batch.model].clone();
+                let table_first = table.len() as u32;
+                let shape = RegionShape { model, shape: batch.shape, small, table: table_first };
+                let geometry = shape.geometry();
+                let vertices = (0..geometry.positions.len()).map(|i| ShapeVertex::new(geometry, i));
+                table.extend(vertices.flat_map(|vertex| vertex.texels()));
+                shapes.push(shape);
             }
         }
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
@@ -135,136 +174,131 @@ impl ListedFalls {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let passes = &renderer.listed;
-        let tables_group = passes.tables_group(device, &uniform, &table_view(device, queue, table));
-        let roster = Roster::new(device, plan, records, models, forest, falls);
         let mut out = Self {
-            strategy: falls.strategy,
-            roster,
+            strategy: passes.strategy(),
+            tables_group: passes.tables_group(&uniform, &table_view(device, queue, table)),
+            lists: ActiveLeaves::new(device, streams, forest, options.elimination),
             shapes,
             uniform,
-            tables_group,
             posed: Posed::Nothing,
-            occlusion: falls
-                .leaf_occlusion
-                .then(|| passes.occlusion(device, renderer, falls.strategy, 1)),
-            frame,
+            visibility: None,
+            constants,
             device: device.clone(),
         };
         out.make_room(passes);
         out
     }
 
-    /// Brings lists, buffers and textures to a moment; `list` is how the view simplifies trees.
+    /// Brings lists, buffers and textures to the forest's moment.
     pub fn update(
         &mut self,
-        queue: &wgpu::Queue,
-        encoder: &mut wgpu::CommandEncoder,
-        passes: &ListedPasses,
-        view: &crate::View,
-        list: &TreeList,
-    ) -> Tally {
-        self.roster.update(view.time, view.season, list);
-        let frame = FallFrame { time: view.time, show: view.show as u32, ..self.frame };
+        recording: &mut Recording<'_>,
+        passes: &PublishedPasses,
+        forest: &Forest,
+        view: &TreeList,
+    ) {
+        let queue = recording.queue;
+        let time = forest.moment().time - forest.clock_start();
+        let moment = ListMoment { time, season: forest.season() };
+        self.lists.update(forest, moment, view);
+        let frame = forest.fall_frame(self.constants);
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
-        self.roster.litter.upload(&self.device, queue, |_| {});
-        let occlusion = &self.occlusion;
-        let changed = self.roster.falling.upload(&self.device, queue, |places| {
-            if let Some(occlusion) = occlusion {
-                occlusion.forget(queue, places);
+        self.lists.litter.upload(&self.device, queue, |_| {});
+        let visibility = &self.visibility;
+        let changed = self.lists.active.upload(&self.device, queue, |leaves| {
+            if let Some(visibility) = visibility {
+                visibility.forget(queue, leaves);
             }
         });
         if changed == Upload::All {
             self.make_room(passes);
         }
-        let source = match &self.posed {
-            Posed::Nothing => None,
-            Posed::Leaves(posed) => Some(&posed.source),
-            Posed::Vertices(posed) => Some(&posed.source),
-        };
-        if let Some(source) = source.filter(|_| changed != Upload::Nothing) {
-            source.fill(encoder, &self.roster.falling);
+        // In every frame: an encoder may have been dropped.
+        match &self.posed {
+            Posed::Nothing => {}
+            Posed::Leaves(PosedLeaves { source, .. })
+            | Posed::Vertices(PosedVertices { source, .. }) => {
+                source.fill(recording.encoder, &self.lists.active);
+            }
         }
-        self.roster.tally()
     }
 
-    /// Textures and buffers as large as the list's.
-    fn make_room(&mut self, passes: &ListedPasses) {
+    /// Makes textures and buffers as large as the list.
+    fn make_room(&mut self, passes: &PublishedPasses) {
         let device = &self.device;
-        let falling = &self.roster.falling;
-        let leaf_rows = falling.capacity().max(GRAIN) / GRAIN;
-        if let Some(occlusion) = &mut self.occlusion {
-            occlusion.make_room(device, leaf_rows);
-        }
+        let list = &self.lists.active;
+        let leaf_rows = list.capacity().max(BLOCK_SIZE) / BLOCK_SIZE;
+        self.visibility =
+            passes.occlusion.as_ref().map(|occlusion| occlusion.visibility(device, leaf_rows));
         self.posed = match self.strategy {
-            Strategy::Vertex | Strategy::Compute => Posed::Nothing,
+            Strategy::Vertex => Posed::Nothing,
             Strategy::Fragment => {
                 let target = |label, format| {
                     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
                         | wgpu::TextureUsages::TEXTURE_BINDING;
-                    texture(device, label, format, GRAIN, leaf_rows, usage)
+                    texture(device, label, format, (BLOCK_SIZE, leaf_rows), usage)
                         .create_view(&wgpu::TextureViewDescriptor::default())
                 };
-                let targets = [target("leaf places", PLACE), target("leaf looks", WORDS)];
+                let targets = [target("leaf positions", POSITIONS), target("leaf looks", WORDS)];
                 Posed::Leaves(PosedLeaves {
-                    source: LeafTexture::new(device, passes, leaf_rows),
-                    draw_group: passes.posed_group(device, &targets),
+                    source: LeafTexture::new(passes, leaf_rows),
+                    draw_group: passes.posed_group(&targets),
                     targets,
                 })
             }
-            Strategy::VertexBuffer => {
-                let mut rows = Vec::new();
-                let mut height = 0;
-                let mut patches: Vec<[u32; 4]> = Vec::new();
-                let mut indices = Vec::new();
-                for (region, shape) in falling.regions.iter().zip(&self.shapes) {
-                    let vertices = shape.vertex_count;
-                    rows.push(height);
-                    let table = shape.table << 1 | u32::from(shape.small);
-                    patches.push([height * VERTEX_WIDTH, vertices, region.first, table]);
-                    height += (region.capacity * vertices).div_ceil(VERTEX_WIDTH);
-                    let all: Vec<u32> = (0..region.capacity)
-                        .flat_map(|leaf| shape.indices.iter().map(move |i| leaf * vertices + i))
-                        .collect();
-                    indices.push(init(device, &all, wgpu::BufferUsages::INDEX));
-                }
-                let height = height.max(1);
-                let textures = ["vertex places", "vertex looks"].map(|label| {
-                    let usage =
-                        wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-                    texture(device, label, WORDS, VERTEX_WIDTH, height, usage)
-                });
-                let buffers = ["placed vertices", "looks of vertices"].map(|label| {
-                    device.create_buffer(&wgpu::BufferDescriptor {
-                        label: Some(label),
-                        size: u64::from(VERTEX_WIDTH) * u64::from(height) * TEXEL,
-                        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-                        mapped_at_creation: false,
-                    })
-                });
-                Posed::Vertices(PosedVertices {
-                    source: LeafTexture::new(device, passes, leaf_rows),
-                    targets: textures.each_ref().map(|t| t.create_view(&Default::default())),
-                    textures,
-                    buffers,
-                    patches: init(device, &patches.concat(), wgpu::BufferUsages::VERTEX),
-                    rows,
-                    indices,
-                    counts: self.shapes.iter().map(|s| s.vertex_count).collect(),
-                })
-            }
+            Strategy::VertexBuffer => self.posed_vertices(passes, leaf_rows),
         };
     }
 
-    /// Draws of a list: region, what its leaves are drawn with, their places in the list.
-    pub fn draws<'a, T>(
+    fn posed_vertices(&self, passes: &PublishedPasses, leaf_rows: u32) -> Posed {
+        let device = &self.device;
+        let mut first_rows = Vec::new();
+        let mut height = 0;
+        let mut records: Vec<[u32; 4]> = Vec::new();
+        let mut indices = Vec::new();
+        for (region, shape) in self.lists.active.regions.iter().zip(&self.shapes) {
+            let vertices = shape.vertex_count();
+            first_rows.push(height);
+            let table = shape.table << 1 | u32::from(shape.small);
+            records.push([height * VERTEX_ROW, vertices, region.first, table]);
+            height += (region.capacity * vertices).div_ceil(VERTEX_ROW);
+            let of_leaf = &shape.geometry().indices;
+            let all: Vec<u32> = (0..region.capacity)
+                .flat_map(|leaf| of_leaf.iter().map(move |i| leaf * vertices + i))
+                .collect();
+            indices.push(words_buffer(device, &all, wgpu::BufferUsages::INDEX));
+        }
+        let height = height.max(1);
+        let textures = ["vertex positions", "vertex looks"].map(|label| {
+            let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+            texture(device, label, WORDS, (VERTEX_ROW, height), usage)
+        });
+        let buffers = ["vertex positions", "vertex looks"].map(|label| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: u64::from(VERTEX_ROW) * u64::from(height) * TEXEL_BYTES,
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        Posed::Vertices(PosedVertices {
+            source: LeafTexture::new(passes, leaf_rows),
+            targets: textures.each_ref().map(|t| t.create_view(&Default::default())),
+            textures,
+            buffers,
+            records: words_buffer(device, &records.concat(), wgpu::BufferUsages::VERTEX),
+            first_rows,
+            indices,
+            vertex_counts: self.shapes.iter().map(RegionShape::vertex_count).collect(),
+        })
+    }
+
+    /// Draws of a list: region, what its leaves are drawn with, their range in the list's buffer.
+    pub fn draws<'a, T: bytemuck::Pod>(
         &'a self,
-        arena: &'a Arena<T>,
-    ) -> impl Iterator<Item = (usize, &'a ListedShape, std::ops::Range<u32>)> + 'a
-    where
-        T: bytemuck::Pod,
-    {
-        let regions = self.shapes.iter().zip(&arena.regions).enumerate();
+        list: &'a Arena<T>,
+    ) -> impl Iterator<Item = (usize, &'a RegionShape, std::ops::Range<u32>)> + 'a {
+        let regions = self.shapes.iter().zip(&list.regions).enumerate();
         regions
             .filter(|(_, (_, region))| !region.items.is_empty())
             .map(|(i, (shape, region))| (i, shape, region.range()))
@@ -272,17 +306,18 @@ impl ListedFalls {
 }
 
 impl LeafTexture {
-    fn new(device: &wgpu::Device, passes: &ListedPasses, rows: u32) -> Self {
+    fn new(passes: &PublishedPasses, rows: u32) -> Self {
         let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;
-        let texture = texture(device, "leaf list", WORDS, GRAIN * LEAF_TEXELS, rows, usage);
-        let group = passes.leaf_group(device, &texture.create_view(&Default::default()));
+        let size = (BLOCK_SIZE * LEAF_TEXELS, rows);
+        let texture = texture(&passes.device, "active leaves", WORDS, size, usage);
+        let group = passes.leaves_group(&texture.create_view(&Default::default()));
         Self { texture, group }
     }
 
     /// Copies the rows in use.
     fn fill(&self, encoder: &mut wgpu::CommandEncoder, list: &Arena<FallingLeaf>) {
-        for (first, rows) in leaf_rows(list) {
-            let row_bytes = GRAIN * size_of::<FallingLeaf>() as u32;
+        for (first, count) in rows(list) {
+            let row_bytes = BLOCK_SIZE * size_of::<FallingLeaf>() as u32;
             encoder.copy_buffer_to_texture(
                 wgpu::TexelCopyBufferInfo {
                     buffer: &list.buffer,
@@ -297,8 +332,8 @@ impl LeafTexture {
                     ..self.texture.as_image_copy()
                 },
                 wgpu::Extent3d {
-                    width: GRAIN * LEAF_TEXELS,
-                    height: rows,
+                    width: BLOCK_SIZE * LEAF_TEXELS,
+                    height: count,
                     depth_or_array_layers: 1,
                 },
             );
@@ -306,35 +341,35 @@ impl LeafTexture {
     }
 }
 
-/// First row and rows in use of each region, at [`GRAIN`] leaves a row.
-pub(crate) fn leaf_rows(list: &Arena<FallingLeaf>) -> impl Iterator<Item = (u32, u32)> + '_ {
+/// First row and rows in use of each region that has leaves, [`BLOCK_SIZE`] leaves a row.
+pub fn rows(list: &Arena<FallingLeaf>) -> impl Iterator<Item = (u32, u32)> + '_ {
     list.regions
         .iter()
         .filter(|region| !region.items.is_empty())
-        .map(|region| (region.first / GRAIN, (region.items.len() as u32).div_ceil(GRAIN)))
+        .map(|region| (region.first / BLOCK_SIZE, (region.items.len() as u32).div_ceil(BLOCK_SIZE)))
 }
 
 impl PosedVertices {
-    /// For each region with leaves: its index, first row and rows in use.
+    /// For each region that has leaves: its index, first row and rows in use.
     pub fn rows<'a>(
         &'a self,
         list: &'a Arena<FallingLeaf>,
     ) -> impl Iterator<Item = (u32, u32, u32)> + 'a {
         let used = |region: &Region<FallingLeaf>, i: usize| {
-            (region.items.len() as u32 * self.counts[i]).div_ceil(VERTEX_WIDTH)
+            (region.items.len() as u32 * self.vertex_counts[i]).div_ceil(VERTEX_ROW)
         };
         list.regions
             .iter()
             .enumerate()
             .filter(|(_, region)| !region.items.is_empty())
-            .map(move |(i, region)| (i as u32, self.rows[i], used(region, i)))
+            .map(move |(i, region)| (i as u32, self.first_rows[i], used(region, i)))
     }
 
     /// Copies what was posed to the vertex buffers.
     pub fn copy(&self, encoder: &mut wgpu::CommandEncoder, list: &Arena<FallingLeaf>) {
-        for (_, first, rows) in self.rows(list) {
+        let row_bytes = VERTEX_ROW * TEXEL_BYTES as u32;
+        for (_, first, count) in self.rows(list) {
             for (texture, buffer) in self.textures.iter().zip(&self.buffers) {
-                let row_bytes = VERTEX_WIDTH * TEXEL as u32;
                 encoder.copy_texture_to_buffer(
                     wgpu::TexelCopyTextureInfo {
                         origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
@@ -348,7 +383,7 @@ impl PosedVertices {
                             rows_per_image: None,
                         },
                     },
-                    wgpu::Extent3d { width: VERTEX_WIDTH, height: rows, depth_or_array_layers: 1 },
+                    wgpu::Extent3d { width: VERTEX_ROW, height: count, depth_or_array_layers: 1 },
                 );
             }
         }
@@ -356,11 +391,11 @@ impl PosedVertices {
 
     /// Where a region's vertices begin in the buffers, bytes.
     pub fn offset(&self, region: usize) -> u64 {
-        u64::from(self.rows[region]) * u64::from(VERTEX_WIDTH) * TEXEL
+        u64::from(self.first_rows[region]) * u64::from(VERTEX_ROW) * TEXEL_BYTES
     }
 }
 
-fn init(device: &wgpu::Device, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+fn words_buffer(device: &wgpu::Device, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("leaf words"),
         contents: if words.is_empty() { &[0; 16] } else { bytemuck::cast_slice(words) },
@@ -368,12 +403,11 @@ fn init(device: &wgpu::Device, words: &[u32], usage: wgpu::BufferUsages) -> wgpu
     })
 }
 
-pub(crate) fn texture(
+pub fn texture(
     device: &wgpu::Device,
     label: &str,
     format: wgpu::TextureFormat,
-    width: u32,
-    height: u32,
+    (width, height): (u32, u32),
     usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
@@ -386,27 +420,4 @@ pub(crate) fn texture(
         usage,
         view_formats: &[],
     })
-}
-
-/// The tables as a texture.
-pub(crate) fn table_view(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    mut table: Vec<UVec4>,
-) -> wgpu::TextureView {
-    table.resize(table.len().max(1).next_multiple_of(TABLE_WIDTH as usize), UVec4::ZERO);
-    let rows = table.len() as u32 / TABLE_WIDTH;
-    let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;
-    let texture = texture(device, "path tables", WORDS, TABLE_WIDTH, rows, usage);
-    queue.write_texture(
-        texture.as_image_copy(),
-        bytemuck::cast_slice(&table),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(TABLE_WIDTH * TEXEL as u32),
-            rows_per_image: None,
-        },
-        texture.size(),
-    );
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

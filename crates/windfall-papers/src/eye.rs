@@ -9,7 +9,7 @@ const LONGEST_TRAVEL: f32 = 1000.0;
 
 /// The eye of the view, and how far it has travelled.
 ///
-/// A leaf's [`margin`](Eye::margin) changes by no more than the eye moves: the leaf is not looked at again until the
+/// The [`margin`](Eye::margin) of a leaf at rest changes by no more than the eye moves: the leaf is not looked at again until the
 /// eye has travelled as far as the margin.
 pub struct Eye {
     at: Vec3,
@@ -29,16 +29,21 @@ impl Eye {
     pub fn follow(&mut self, view: &TreeList) -> bool {
         let per_metre = view.pixels / view.leaf_pixels;
         let travelled = self.travelled + self.at.distance(view.eye);
-        // Not `>=`: a distance that is not a number voids them too.
-        let void = per_metre != self.per_metre || !(travelled < LONGEST_TRAVEL);
-        let travelled = if void { 0.0 } else { travelled };
+        // Not so for a distance that is not a number.
+        let valid = per_metre == self.per_metre && travelled < LONGEST_TRAVEL;
+        let travelled = if valid { travelled } else { 0.0 };
         *self = Self { at: view.eye, per_metre, travelled };
-        void
+        !valid
     }
 
-    /// How much nearer the eye may come before a leaf needs its full shape, metres: negative if it is too near. The
-    /// leaf, `length` metres long, is within `reach` metres of the line from `from` to `to`.
-    pub fn margin(&self, length: f32, (from, to): (Vec3, Vec3), reach: f32) -> f32 {
+    /// How much nearer the eye may come before a leaf, `length` metres long, needs its full shape, metres: negative if
+    /// it is too near.
+    pub fn margin(&self, length: f32, leaf: Vec3) -> f32 {
+        self.at.distance(leaf) - length * self.per_metre
+    }
+
+    /// The same for a leaf somewhere within `reach` metres of the line from `from` to `to`.
+    pub fn margin_of_segment(&self, length: f32, (from, to): (Vec3, Vec3), reach: f32) -> f32 {
         distance_to_segment(self.at, from, to) - reach - length * self.per_metre
     }
 
@@ -79,14 +84,14 @@ mod tests {
         let crown = Crown { radius: 3.0, leaf_length: 0.1, ..Crown::zeroed() };
         let place = Vec3::new(0.0, 0.0, 40.0);
         // 0.1 m are 10 pixels at 5 m.
-        assert_eq!(eye.margin(0.1, (place, place), 1.0), 50.0 - 40.0 - 1.0 - 5.0);
+        assert_eq!(eye.margin_of_segment(0.1, (place, place), 1.0), 50.0 - 40.0 - 1.0 - 5.0);
         // Those on the tree are twice as long, the nearest of them 6 m from its middle.
         assert_eq!(eye.margin_of_tree(&tree, &crown), 50.0 - 6.0 - 10.0);
         assert!(!eye.follow(&list(Vec3::new(0.0, 0.0, 47.0), 500.0)));
         assert_eq!(eye.travelled, 3.0);
-        assert_eq!(eye.margin(0.1, (place, place), 1.0), 1.0);
+        assert_eq!(eye.margin(0.1, place), 2.0);
         assert!(eye.follow(&list(Vec3::new(0.0, 0.0, 47.0), 600.0)), "zoomed");
         assert!(eye.follow(&TreeList { leaf_pixels: 0.0, ..list(Vec3::ZERO, 600.0) }));
-        assert_eq!(eye.margin(0.1, (place, place), 1.0), f32::NEG_INFINITY);
+        assert_eq!(eye.margin(0.1, place), f32::NEG_INFINITY);
     }
 }

@@ -39,7 +39,7 @@ pub struct Batch {
 pub struct Streams {
     pub models: Vec<TreeModel>,
     pub batches: Vec<Batch>,
-    pub streams: Vec<Stream>,
+    pub all: Vec<Stream>,
     pub slot_count: u32,
     /// When scripted leaves detach, by leaf.
     scripted: Vec<BTreeMap<u32, f32>>,
@@ -61,7 +61,8 @@ impl Streams {
             let shapes = 0..model.loose.shapes.len();
             batches.extend(shapes.map(|shape| Batch { model: m, shape, slots: 0 }));
         }
-        let mut out = Self { models, batches, streams: Vec::new(), slot_count: 0, scripted: Vec::new() };
+        let mut out =
+            Self { models, batches, all: Vec::new(), slot_count: 0, scripted: Vec::new() };
         for (tree, thrown) in forest.tree_records() {
             let scripted = (!thrown.is_empty()).then(|| {
                 out.scripted.push(thrown.iter().copied().collect());
@@ -76,7 +77,7 @@ impl Streams {
                 }
                 let batch = first_batch[model] + s;
                 out.batches[batch].slots += keep;
-                out.streams.push(Stream {
+                out.all.push(Stream {
                     tree,
                     batch: batch as u32,
                     path_group: groups[model],

@@ -6,6 +6,13 @@
 //!
 //! A scene that was read is whole: its choices are enums and its numbers are in range, so nothing is
 //! parsed later. A program that changes one calls [`Scene::check`].
+//!
+//! | from | by | comes |
+//! |---|---|---|
+//! | a scene | [`Scene::build`] | a [`Stage`]: trees, their places and how their leaves fall |
+//! | a stage and a device | [`Stage::upload`] | a [`PlantedStage`]: the forest |
+//! | a scene and a moment | [`Scene::view`] | a [`windfall_gpu::View`] |
+//! | forest, moment and view | [`PlantedStage::render`] | a picture, by the scene's strategy |
 #![deny(missing_docs)]
 
 mod check;
@@ -18,7 +25,7 @@ mod throw;
 
 pub use choices::{Culling, Elimination, QualityPreset, Strategy, UnknownChoice};
 pub use named::{NAMES, named};
-pub use planted::{PlantError, PlantedStage};
+pub use planted::{PlantedStage, StageCounts, StageError, StageReadback};
 pub use stage::Stage;
 
 use serde::{Deserialize, Serialize};
@@ -103,7 +110,7 @@ pub struct Scene {
     #[serde(default = "defaults::elimination_per_frame")]
     pub elimination_per_frame: u32,
     /// Whether leaves in the air that are not seen are skipped for some frames. Frames then depend a
-    /// little on those that were drawn before.
+    /// little on those that were drawn before. [`Strategy::Compute`] ignores it.
     #[serde(default)]
     pub leaf_occlusion: bool,
     /// Leaves that detach at a moment of their own, beside those of the season.

@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
 use std::convert::Infallible;
-use windfall_gpu::{Capture, Light, Moment, Options, Picture, Quality, Recording, Renderer, Sky, View};
+use windfall_gpu::{Capture, Light, Options, Quality, Recording, Renderer, Sky, View};
 use windfall_scenes::{NAMES, Scene, named};
 use windfall_testing::{Mismatch, Snapshots, Tolerance, device, picture};
 
@@ -26,18 +26,16 @@ impl Harness {
     fn render(&self, scene: &Scene, change: impl Fn(View) -> View) -> Vec<u8> {
         let Ok(stage) = scene.build(|_, _| -> Result<_, Infallible> { unreachable!() });
         let Self { device, queue, renderer } = self;
-        let mut forest = stage.upload(device, queue).unwrap().forest;
+        let mut planted = stage.upload(device, queue).unwrap();
         let texture = picture(device, SIZE);
         let output = texture.create_view(&Default::default());
         let targets = renderer.targets(SIZE.0, SIZE.1).unwrap();
-        let mut state = renderer.view(&forest);
+        let mut state = renderer.view(&planted.forest);
         let view = change(scene.view(scene.time, &stage.forest.terrain));
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut recording = Recording::new(queue, &mut encoder);
-        let moment = Moment::of(scene.time, &view);
-        renderer.advance(&mut recording, &mut forest, moment).unwrap();
-        let picture = Picture { targets: &targets, output: &output, layers: &mut [] };
-        renderer.render(&mut recording, &forest, &mut state, &view, picture).unwrap();
+        let (at, to) = ((scene.time, &view), (&targets, &output));
+        planted.render(renderer, &mut recording, &mut state, at, to).unwrap();
         let capture = Capture::encode(device, &mut encoder, &texture);
         queue.submit([encoder.finish()]);
         capture.map();

@@ -6,6 +6,8 @@
 
 mod snapshot;
 
+use std::sync::OnceLock;
+
 pub use snapshot::{Mismatch, Snapshots, Tolerance};
 
 /// The first adapter of the machine.
@@ -29,17 +31,38 @@ pub fn adapter() -> wgpu::Adapter {
     )
 }
 
-/// The first device of the machine, with everything its adapter allows.
+/// The first device of the machine, with everything its adapter allows: one for all tests of a process.
 ///
 /// # Panics
 ///
 /// If there is none: a test that cannot draw fails, it does not skip.
 pub fn device() -> (wgpu::Device, wgpu::Queue) {
-    let adapter = adapter();
+    static DEVICE: OnceLock<(wgpu::Device, wgpu::Queue)> = OnceLock::new();
+    let open = || {
+        let adapter = adapter();
+        request(&adapter, adapter.features() & wgpu::Features::all_webgpu_mask(), adapter.limits())
+    };
+    DEVICE.get_or_init(open).clone()
+}
+
+/// A device as every browser has it: WebGPU's default limits, and no optional feature. A new one for each call.
+///
+/// # Panics
+///
+/// If there is none.
+pub fn default_device() -> (wgpu::Device, wgpu::Queue) {
+    request(&adapter(), wgpu::Features::empty(), wgpu::Limits::default())
+}
+
+fn request(
+    adapter: &wgpu::Adapter,
+    required_features: wgpu::Features,
+    required_limits: wgpu::Limits,
+) -> (wgpu::Device, wgpu::Queue) {
     pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         label: Some("windfall tests"),
-        required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),
-        required_limits: adapter.limits(),
+        required_features,
+        required_limits,
         ..Default::default()
     }))
     .expect("the adapter gives a device")

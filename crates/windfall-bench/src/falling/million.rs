@@ -1,21 +1,23 @@
 //! Part b: a million leaves in the air, against a copy kernel and a plain instanced draw.
 
 use super::workload::{extent, overview, shower};
-use super::{Args, WARM_UP};
+use super::{Args, POSE_PASSES, WARM_UP};
 use crate::baseline::InstancedBaseline;
-use crate::harness::Harness;
+use crate::harness::{Harness, upload_models};
+use crate::scenery::clip_from_world;
 use crate::statistics::Quartiles;
 use anyhow::Context;
 use glam::Vec3;
 use serde::Serialize;
-use windfall_core::simplify::simple_shapes;
 use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
+use windfall_scenes::Stage;
 
 #[derive(Serialize)]
 pub struct Many {
     leaves: u64,
     copy_ms: Quartiles,
+    /// Posing of all leaves, once a frame, and gathering of those in view.
     pose_ms: Quartiles,
     /// The pass for leaves that detach, land or vanish in the frame.
     change_ms: Quartiles,
@@ -34,19 +36,21 @@ pub struct Many {
 /// Runs part b.
 pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<Many> {
     let stage = shower(args.many);
-    let falling = harness.upload(gpu, &stage, &stage.falls);
+    let models = upload_models(gpu, &stage)?;
+    let mut falling = harness.plant(gpu, &stage, &models)?;
     // The same trees without the detached leaves.
-    let without = harness.upload(gpu, &stage, &Falls { capacity: 0, ..stage.falls.clone() });
+    let bare = Stage { falls: Falls { capacity: 0, ..stage.falls.clone() }, ..stage.clone() };
+    let mut without = harness.plant(gpu, &bare, &models)?;
     let view = overview(&stage);
     let far = extent(&stage, 4.0);
     let bounds = (Vec3::new(-far, 0.0, -far), Vec3::new(far, 14.0, far));
     let aspect = args.size.0 as f32 / args.size.1 as f32;
     let count = stage.leaf_count() as u32;
-    let clip_from_world = view.camera.clip_from_world(aspect);
+    let clip_from_world = clip_from_world(&view.camera, aspect);
     let foliage = &stage.trees[0].foliage;
-    let simple = simple_shapes(foliage).into_iter().next().flatten();
+    let simple = foliage.simple_shapes.first().and_then(Option::as_ref);
     let simple = simple.context("the species' leaf has no simple shape")?;
-    let [baseline, baseline_simple] = [&foliage.shapes[0], &simple]
+    let [baseline, baseline_simple] = [&foliage.shapes[0], simple]
         .map(|shape| InstancedBaseline::new(gpu, count, shape, bounds, clip_from_world, args.size));
     let (mut copy, mut pose, mut change) = (Vec::new(), Vec::new(), Vec::new());
     let (mut draw, mut draw_simple) = (Vec::new(), Vec::new());
@@ -54,14 +58,14 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
     for i in 0..WARM_UP + args.frames {
         let full_shape = baseline.measure(gpu)?;
         let simple_shape = baseline_simple.measure(gpu)?;
-        let with_leaves = harness.measure(gpu, &falling, &view)?;
-        let without_leaves = harness.measure(gpu, &without, &view)?;
+        let with_leaves = harness.measure(gpu, &mut falling, (0.0, &view))?;
+        let without_leaves = harness.measure(gpu, &mut without, (0.0, &view))?;
         if i >= WARM_UP {
             copy.push(full_shape.copy_ms);
             draw.push(full_shape.draw_ms);
             draw_simple.push(simple_shape.draw_ms);
-            pose.push(with_leaves.gpu_ms.get("pose").copied().unwrap_or(f64::NAN));
-            change.push(with_leaves.gpu_ms.get("change").copied().unwrap_or(f64::NAN));
+            pose.push(with_leaves.passes_ms(&POSE_PASSES));
+            change.push(with_leaves.passes_ms(&["change"]));
             frame.push(with_leaves.wall_ms);
             rest.push(without_leaves.wall_ms);
         }

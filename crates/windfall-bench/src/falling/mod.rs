@@ -15,17 +15,24 @@ use serde::Serialize;
 use soak::Soak;
 use std::path::{Path, PathBuf};
 use strategies::StrategyRow;
-use windfall_gpu::Strategy;
 use windfall_host::device::Gpu;
 use windfall_host::image::parse_size;
+use windfall_scenes::Strategy;
 
 /// Frames drawn before any is measured: pipelines compile, lists are built.
 const WARM_UP: u32 = 3;
+
+/// The passes that pose leaves: once a frame, and those in view into the list that is drawn.
+const POSE_PASSES: [&str; 2] = ["pose", "gather"];
 
 /// Arguments of `windfall bench falling`.
 #[derive(clap::Args)]
 pub struct Args {
     /// Parts to run: a (VB's scene, each strategy), b (a million leaves), c (cost against count)
+    ///
+    /// Leaf occlusion of part a is for the strategies vertex, fragment and vertex-buffer: its row for
+    /// compute is "-". The pose pass of parts b and c is two: one poses all leaves once a frame, one
+    /// gathers the leaves of a view.
     #[arg(long, value_name = "abc", default_value = "abc")]
     parts: String,
     /// Measured frames of each kind
@@ -50,7 +57,7 @@ pub struct Args {
     strategies: Vec<Strategy>,
     /// Moment of the first measured frame in part a, seconds
     #[arg(long, value_name = "S", default_value_t = 8.0)]
-    start: f32,
+    start: f64,
     /// Leaves of part b
     #[arg(long, value_name = "N", default_value_t = 1 << 20)]
     many: u32,
@@ -88,7 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
-    let harness = Harness::new(&gpu, args.size);
+    let harness = Harness::new(&gpu, args.size)?;
     let mut report = Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
     if args.parts.contains('a') {
         report.strategies = strategies::measure(args, &mut gpu, &harness)?;

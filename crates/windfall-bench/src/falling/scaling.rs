@@ -1,17 +1,19 @@
 //! Part c: cost against the number of leaves in the air.
 
 use super::workload::{overview, shower};
-use super::{Args, WARM_UP};
+use super::{Args, POSE_PASSES, WARM_UP};
 use crate::harness::Harness;
 use crate::plot::{self, Line};
 use crate::statistics::{LinearFit, Quartiles};
 use serde::Serialize;
-use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
+
+/// Bytes of a leaf in each of the largest bindings.
+const BINDING_BYTES: u64 = 32;
 
 #[derive(Serialize)]
 pub struct Counts {
-    /// Leaves, and milliseconds of the pose pass and of the whole frame.
+    /// Leaves, and milliseconds of the passes that pose and of the whole frame.
     points: Vec<(u64, f64, f64)>,
     pose_ns_per_leaf: f64,
     pose_r2: f64,
@@ -26,17 +28,17 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
     let mut points = Vec::new();
     // The adapter's largest storage binding bounds the number of leaves; whole trees only.
     let limit = gpu.device.limits().max_storage_buffer_binding_size;
-    let most = args.most.min(((limit / Falls::STATE_BYTES) >> 16 << 16) as u32);
+    let most = args.most.min(((limit / BINDING_BYTES) >> 16 << 16) as u32);
     let mut count = 1 << 10;
     while count <= most {
         let stage = shower(count);
-        let forest = harness.upload(gpu, &stage, &stage.falls);
+        let mut planted = harness.upload(gpu, &stage)?;
         let view = overview(&stage);
         let (mut pose, mut frame) = (Vec::new(), Vec::new());
         for i in 0..WARM_UP + args.frames {
-            let measured = harness.measure(gpu, &forest, &view)?;
+            let measured = harness.measure(gpu, &mut planted, (0.0, &view))?;
             if i >= WARM_UP {
-                pose.push(measured.gpu_ms.get("pose").copied().unwrap_or(f64::NAN));
+                pose.push(measured.passes_ms(&POSE_PASSES));
                 frame.push(measured.wall_ms);
             }
         }

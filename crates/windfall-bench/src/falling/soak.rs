@@ -1,16 +1,17 @@
 //! Part d, a soak test: whether frames become slower or memory grows while leaves fall for long.
 
-use crate::harness::Harness;
+use crate::harness::{Harness, PlantedView, upload_models};
+use crate::scenery;
 use crate::statistics::Quartiles;
-use glam::Vec3;
+use glam::DVec3;
 use serde::Serialize;
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
-use windfall_core::tree::species::Species;
 use windfall_core::wind::Wind;
-use windfall_gpu::{Camera, Falls, GpuForest, Quality, View};
+use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::Stage;
+use windfall_tree::Species;
 
 #[derive(Serialize)]
 pub struct Soak {
@@ -51,14 +52,13 @@ fn stage(frames: u32, leaves: u32) -> Stage {
         seed: 5,
     };
     let duration = frames as f32 / 30.0;
-    let mut falls = Falls {
+    let falls = Falls {
         shedding: Shedding { start: 0.0, duration, peak: 0.0, tree_spread: 0.0, burst: 0.5 },
         wind: Wind::new(5.0, 0.0, 0.5, 1),
         capacity: (leaves / 4).max(1),
         ..Falls::default()
     };
-    falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
-    Stage { forest: placement.place(Terrain::flat(), &[1.0]), trees, falls }
+    scenery::stage(trees, placement.place(Terrain::flat(), &[1.0]), falls)
 }
 
 /// Frame times of a run, milliseconds, and resident memory after its first tenth and at its end.
@@ -72,28 +72,18 @@ impl Run {
     fn measure(
         gpu: &mut Gpu,
         harness: &Harness,
-        forest: &GpuForest,
+        planted: &mut PlantedView,
         frames: u32,
     ) -> anyhow::Result<Self> {
         let (mut wall_ms, mut gpu_ms) = (Vec::new(), Vec::new());
         let mut early = None;
+        let (eye, target) = (DVec3::new(14.0, 2.5, 0.0), DVec3::new(40.0, 1.0, 0.0));
+        let camera = Camera::look_at(eye, target, 0.9, 0.1);
+        let view = View { shadows: false, quality: Quality::LOW, ..View::new(camera) };
         for frame in 0..frames {
-            let camera = Camera {
-                eye: Vec3::new(14.0, 2.5, 0.0),
-                target: Vec3::new(40.0, 1.0, 0.0),
-                fov_y: 0.9,
-                near: 0.1,
-            };
-            let view = View {
-                time: frame as f32 / 30.0,
-                season: 0.55,
-                shadows: false,
-                quality: Quality::LOW,
-                ..View::new(camera)
-            };
-            let measured = harness.measure(gpu, forest, &view)?;
+            let measured = harness.measure(gpu, planted, (f64::from(frame) / 30.0, &view))?;
             wall_ms.push(measured.wall_ms);
-            gpu_ms.push(measured.gpu_ms.get("frame").copied().unwrap_or(f64::NAN));
+            gpu_ms.push(measured.passes_ms(&["frame"]));
             if frame == frames / 10 {
                 early = resident_mib();
             }
@@ -120,11 +110,13 @@ impl Run {
 /// Runs part d: `frames` frames of three trees of `leaves` leaves.
 pub fn measure(frames: u32, leaves: u32, gpu: &mut Gpu) -> anyhow::Result<Soak> {
     let stage = stage(frames, leaves);
-    let harness = Harness::new(gpu, (64, 36));
-    let still = harness.upload(gpu, &stage, &Falls::none());
-    let still = Run::measure(gpu, &harness, &still, (frames / 10).max(1))?;
-    let forest = harness.upload(gpu, &stage, &stage.falls);
-    let run = Run::measure(gpu, &harness, &forest, frames)?;
+    let harness = Harness::new(gpu, (64, 36))?;
+    let models = upload_models(gpu, &stage)?;
+    let still = Stage { falls: Falls::none(), ..stage.clone() };
+    let mut still = harness.plant(gpu, &still, &models)?;
+    let still = Run::measure(gpu, &harness, &mut still, (frames / 10).max(1))?;
+    let mut planted = harness.plant(gpu, &stage, &models)?;
+    let run = Run::measure(gpu, &harness, &mut planted, frames)?;
     let [first, last] = Run::fifths(&run.wall_ms);
     let gpu_ms = Run::fifths(&run.gpu_ms);
     let still_ms = Run::fifths(&still.wall_ms);

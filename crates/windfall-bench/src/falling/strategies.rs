@@ -2,13 +2,16 @@
 
 use super::workload::{grove, walkthrough};
 use super::{Args, WARM_UP};
-use crate::harness::{FrameMeasurement, Harness};
+use crate::harness::{FrameMeasurement, Harness, upload_models};
 use crate::plot::{self, Line};
 use crate::statistics::Quartiles;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use windfall_gpu::{Elimination, Falls, GpuForest, Strategy};
+use std::sync::Arc;
+use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
+use windfall_papers::{Elimination, ListOptions, PublishedFalls, PublishedPasses};
+use windfall_scenes::{Stage, Strategy};
 
 #[derive(Serialize)]
 pub struct StrategyRow {
@@ -39,8 +42,8 @@ pub struct StrategyRow {
 
 impl Args {
     /// The moment of a frame, counted from the first of the warm-up.
-    fn seconds(&self, frame: u32) -> f32 {
-        self.start + (frame * self.stride) as f32 / 30.0
+    fn seconds(&self, frame: u32) -> f64 {
+        self.start + f64::from(frame * self.stride) / 30.0
     }
 }
 
@@ -64,42 +67,54 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
         "cost: over the same trees with the same leaves on their twigs and none that have left them; \
          over full: over trees that keep all their leaves"
     );
-    println!(
-        "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7}{:>8}{:>8}{:>8}",
-        "", "wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"
+    print_columns(
+        "",
+        &["wall", "GPU", "cost", "over full", "drift", "listed", "tested", "skipped"],
     );
+    let models = upload_models(gpu, &stage)?;
+    // The same leaves on the twigs, and none that have left them; and trees that keep all leaves.
+    let bare = Stage { falls: Falls { capacity: 0, ..stage.falls.clone() }, ..stage.clone() };
+    let full = Stage { falls: Falls::none(), ..stage.clone() };
     let mut rows = Vec::new();
     // The strategies are measured one after the other, each in turns with its own references: with
     // many pipelines in use, a driver may evict some of them and compile them again in each frame.
     for &strategy in &args.strategies {
-        // The references, the trees without detached leaves and in full, use the same strategy:
-        // without compute, a strategy lists trees on the CPU and lights hanging leaves per vertex.
-        let still = Falls { capacity: 0, strategy, ..stage.falls.clone() };
-        let full = Falls { strategy, ..Falls::none() };
-        let mut configurations: Vec<(String, GpuForest)> = vec![
-            ("none moving, none loose".to_owned(), harness.upload(gpu, &stage, &still)),
-            ("none moving, in full".to_owned(), harness.upload(gpu, &stage, &full)),
+        let mut configurations = vec![
+            ("none moving, none loose".to_owned(), harness.plant(gpu, &bare, &models)?),
+            ("none moving, in full".to_owned(), harness.plant(gpu, &full, &models)?),
         ];
-        for (elimination, leaf_occlusion) in options(strategy, gpu.fragment_stores) {
-            let falls = Falls { strategy, elimination, leaf_occlusion, ..stage.falls.clone() };
-            let name = match strategy {
-                Strategy::Compute => strategy.to_string(),
-                _ => format!("{strategy}, elimination {elimination}"),
-            };
-            let name = if leaf_occlusion { name + ", occlusion" } else { name };
-            configurations.push((name, harness.upload(gpu, &stage, &falls)));
+        if let Some(published) = strategy.published() {
+            // Pipelines are built once for each of both.
+            let passes = [false, true].map(|leaf_occlusion| {
+                let supported = gpu.fragment_stores || !leaf_occlusion;
+                supported.then(|| PublishedPasses::new(&gpu.device, published, leaf_occlusion))
+            });
+            let passes = passes.map(|passes| passes.map(Arc::new));
+            for (elimination, leaf_occlusion) in OPTIONS {
+                let Some(passes) = &passes[usize::from(leaf_occlusion)] else { continue };
+                let options = ListOptions { capacity: stage.falls.capacity, elimination };
+                let mut planted = harness.plant(gpu, &bare, &models)?;
+                let layer = PublishedFalls::new(passes, &planted.stage.forest, options)?;
+                planted.stage.published = Some(layer);
+                let name = format!("{strategy}, elimination {elimination}");
+                let name = if leaf_occlusion { name + ", occlusion" } else { name };
+                configurations.push((name, planted));
+            }
+        } else {
+            configurations.push((strategy.to_string(), harness.plant(gpu, &stage, &models)?));
         }
         let mut frames: Vec<Vec<_>> = configurations.iter().map(|_| Vec::new()).collect();
         for frame in 0..WARM_UP + args.frames {
             let seconds = args.seconds(frame);
             let view = walkthrough(&stage, seconds);
-            for ((_, forest), measured) in configurations.iter().zip(&mut frames) {
+            for ((_, planted), measured) in configurations.iter_mut().zip(&mut frames) {
                 if args.stride > 1 {
                     // The previous frame of the walk, so that the measured frame has the changes
                     // of one frame and not of `stride` frames.
-                    harness.measure(gpu, forest, &walkthrough(&stage, seconds - 1.0 / 30.0))?;
+                    let before = seconds - 1.0 / 30.0;
+                    harness.measure(gpu, planted, (before, &walkthrough(&stage, before)))?;
                 }
-                let measurement = harness.measure(gpu, forest, &view)?;
+                let measurement = harness.measure(gpu, planted, (seconds, &view))?;
                 if frame >= WARM_UP {
                     measured.push(measurement);
                 }
@@ -110,24 +125,29 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
         rows.extend(configurations.into_iter().zip(&frames).map(|((name, _), measured)| {
             StrategyRow::new(strategy, name, measured, [&still, &full])
         }));
+        if strategy == Strategy::Compute {
+            print_columns(&format!("{strategy}, occlusion"), &["-"; 8]);
+        }
     }
     Ok(rows)
 }
 
-/// Elimination and leaf occlusion (VB 6.3) that a strategy is measured with.
-fn options(strategy: Strategy, occlusion_supported: bool) -> Vec<(Elimination, bool)> {
-    let mut options = match strategy {
-        Strategy::Compute => vec![(Elimination::Scheduled, false), (Elimination::Scheduled, true)],
-        _ => vec![
-            (Elimination::Scheduled, false),
-            (Elimination::Scheduled, true),
-            (Elimination::PROGRESSIVE, false),
-            (Elimination::Off, false),
-            (Elimination::Off, true),
-        ],
-    };
-    options.retain(|&(_, occlusion)| occlusion_supported || !occlusion);
-    options
+/// Elimination and leaf occlusion (VB 6.3) that the published strategies are measured with.
+const OPTIONS: [(Elimination, bool); 5] = [
+    (Elimination::Scheduled, false),
+    (Elimination::Scheduled, true),
+    (Elimination::PROGRESSIVE, false),
+    (Elimination::Off, false),
+    (Elimination::Off, true),
+];
+
+/// Prints a line of the table.
+fn print_columns(name: &str, columns: &[impl std::fmt::Display; 8]) {
+    let [wall, on_gpu, cost, over_full, drift, listed, tested, skipped] = columns;
+    println!(
+        "{name:<48}{wall:>26}{on_gpu:>26}{cost:>18}{over_full:>18}{drift:>7}{listed:>8}{tested:>8}\
+         {skipped:>8}"
+    );
 }
 
 impl StrategyRow {
@@ -148,7 +168,12 @@ impl StrategyRow {
         let drift = Quartiles::of(&ratios[ratios.len() - fifth..]).median
             / Quartiles::of(&ratios[..fifth]).median;
         let last = &measured[measured.len() - 1];
-        let (stats, counts) = (&last.stats, &last.counts);
+        let counts = &last.counts;
+        // Only the published strategies have a list on the CPU.
+        let listed = match strategy {
+            Strategy::Compute => 0,
+            _ => counts.falling + counts.landed - counts.eliminated,
+        };
         let row = Self {
             strategy: strategy.to_string(),
             name,
@@ -157,26 +182,20 @@ impl StrategyRow {
             ratio: Quartiles::of(&ratios),
             ratio_to_full: Quartiles::of(&over(full)),
             drift,
-            falling: stats.leaves_falling + u64::from(counts.falling),
-            landed: stats.leaves_landed + u64::from(counts.landed),
-            listed: stats.leaves_falling + stats.leaves_landed - stats.leaves_eliminated,
+            falling: counts.falling,
+            landed: counts.landed,
+            listed,
             tested: counts.tested,
             skipped: counts.skipped,
             passes_ms: pass_medians(measured),
             frames_ms: wall,
         };
-        println!(
-            "{:<48}{:>26}{:>26}{:>18}{:>18}{:>7.2}{:>8}{:>8}{:>8}",
-            row.name,
-            row.wall_ms,
-            row.gpu_ms,
-            row.ratio,
-            row.ratio_to_full,
-            row.drift,
-            row.listed,
-            row.tested,
-            row.skipped
-        );
+        let columns = [row.wall_ms, row.gpu_ms, row.ratio, row.ratio_to_full];
+        let [wall, on_gpu, cost, over_full] = columns.map(|q| q.to_string());
+        let drift = format!("{:.2}", row.drift);
+        let [listed, tested, skipped] =
+            [row.listed, row.tested.into(), row.skipped.into()].map(|n: u64| n.to_string());
+        print_columns(&row.name, &[wall, on_gpu, cost, over_full, drift, listed, tested, skipped]);
         row
     }
 }
@@ -199,7 +218,7 @@ pub fn plot(rows: &[StrategyRow], args: &Args) -> anyhow::Result<String> {
             .frames_ms
             .iter()
             .enumerate()
-            .map(|(i, &ms)| (f64::from(args.seconds(WARM_UP + i as u32)), ms))
+            .map(|(i, &ms)| (args.seconds(WARM_UP + i as u32), ms))
             .collect(),
     });
     let title = format!("Frame cost over the walk, {}", rows[0].strategy);

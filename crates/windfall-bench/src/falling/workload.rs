@@ -1,13 +1,14 @@
 //! The forests and views of parts a, b and c.
 
+use crate::scenery::stage;
 use glam::Vec3;
 use windfall_core::forest::{Placement, Terrain};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
-use windfall_core::tree::species::Species;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
+use windfall_tree::Species;
 
 /// Frames of the whole walk, 30 per second (VB: "more than 3000").
 const WALK_FRAMES: f32 = 3000.0;
@@ -25,18 +26,16 @@ pub fn grove() -> Stage {
         seed: 5,
     };
     let weights = vec![1.0; trees.len()];
-    let mut falls = Falls::default();
-    falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
     let forest = placement.place(Terrain::rolling(200.0, 2.0, 3), &weights);
-    Stage { trees, forest, falls }
+    stage(trees, forest, Falls::default())
 }
 
 /// The view at a moment of a walk once around the grove in [`WALK_FRAMES`].
-pub fn walkthrough(stage: &Stage, time: f32) -> View {
-    let angle = time * 30.0 / WALK_FRAMES * std::f32::consts::TAU;
+pub fn walkthrough(stage: &Stage, time: f64) -> View {
+    let angle = time as f32 * 30.0 / WALK_FRAMES * std::f32::consts::TAU;
     let (x, z) = (21.0 * angle.sin(), 21.0 * angle.cos());
     let eye = Vec3::new(x, stage.forest.terrain.height(x, z) + 1.7, z);
-    view(eye, Vec3::new(0.0, 5.5, 0.0), time)
+    view(eye, Vec3::new(0.0, 5.5, 0.0))
 }
 
 /// `count` leaves of one shape. They detach between four and two seconds before time 0, so that
@@ -52,18 +51,17 @@ pub fn shower(count: u32) -> Stage {
         season_spread: 0.0,
         seed: 7,
     };
-    let mut falls = Falls {
+    let falls = Falls {
         shedding: Shedding { start: -4.0, duration: 2.0, peak: 0.0, tree_spread: 0.0, burst: 0.0 },
         capacity: count,
         ..Falls::default()
     };
-    falls.groups = trees.iter().map(|t| falls.group_for(t)).collect();
-    Stage { forest: placement.place(Terrain::flat(), &[1.0]), trees, falls }
+    stage(trees, placement.place(Terrain::flat(), &[1.0]), falls)
 }
 
-/// A view of the whole shower at time 0.
+/// A view of the whole shower.
 pub fn overview(stage: &Stage) -> View {
-    view(Vec3::new(0.0, 12.0, 1.6 * extent(stage, 0.0) + 24.0), Vec3::new(0.0, 6.0, 0.0), 0.0)
+    view(Vec3::new(0.0, 12.0, 1.6 * extent(stage, 0.0) + 24.0), Vec3::new(0.0, 6.0, 0.0))
 }
 
 /// Distance of the outermost tree from the origin, at least `least`.
@@ -71,16 +69,14 @@ pub fn extent(stage: &Stage, least: f32) -> f32 {
     stage.forest.instances.iter().map(|i| i.position.length()).fold(least, f32::max)
 }
 
-fn view(eye: Vec3, target: Vec3, time: f32) -> View {
+fn view(eye: Vec3, target: Vec3) -> View {
     View {
-        time,
-        season: 0.55,
         meadow: 0.5,
         trails: Default::default(),
         shadows: false,
         // All leaves; small ones have two triangles, as by default.
         detail: Simplification { h: 0.0, wood_pixels: 0.0, ..Simplification::DEFAULT },
         quality: Quality::LOW,
-        ..View::new(Camera { eye, target, fov_y: 0.9, near: 0.1 })
+        ..View::new(Camera::look_at(eye.as_dvec3(), target.as_dvec3(), 0.9, 0.1))
     }
 }

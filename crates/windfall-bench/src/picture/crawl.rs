@@ -4,29 +4,27 @@
 //! consecutive frames over that of supersampled frames with 16 samples per pixel. It is 1 for
 //! frames as stable as those.
 
-use crate::harness::ImageTarget;
+use crate::harness::{ImageTarget, PlantedView};
 use crate::image::LinearImage;
-use glam::Vec3;
-use windfall_gpu::{GpuForest, Renderer, View};
+use windfall_gpu::{Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::{Scene, Stage};
 
 /// Samples in a row of a pixel of the reference; as many rows.
 const SUPERSAMPLING: u32 = 4;
 /// Seconds between frames.
-const STEP: f32 = 1.0 / 30.0;
+const STEP: f64 = 1.0 / 30.0;
 /// Seconds of the first frame.
-const START: f32 = 2.0;
+const START: f64 = 2.0;
 /// Speed of the camera on top of the scene's own motion, metres per second.
-const WALK_SPEED: f32 = 0.5;
+const WALK_SPEED: f64 = 0.5;
 
-/// The view of a frame. The camera walks towards its target.
-fn view(scene: &Scene, stage: &Stage, frame: u32) -> View {
-    let since = frame as f32 * STEP;
+/// Time and view of a frame. The camera walks towards its target.
+fn view(scene: &Scene, stage: &Stage, frame: u32) -> (f64, View) {
+    let since = f64::from(frame) * STEP;
     let mut view = scene.view(START + since, &stage.forest.terrain);
-    let ahead = (view.camera.target - view.camera.eye).normalize_or(Vec3::Z);
-    view.camera.eye += ahead * (WALK_SPEED * since);
-    view
+    view.camera.eye += view.camera.forward().as_dvec3() * (WALK_SPEED * since);
+    (START + since, view)
 }
 
 /// Mean difference of consecutive images.
@@ -39,18 +37,20 @@ fn mean_change(images: &[LinearImage]) -> f64 {
 pub fn measure(
     gpu: &mut Gpu,
     renderer: &Renderer,
-    forest: &GpuForest,
+    planted: &mut PlantedView,
     (scene, stage): (&Scene, &Stage),
     size: (u32, u32),
     frames: u32,
 ) -> anyhow::Result<f64> {
-    let [change, reference] = [1, SUPERSAMPLING].map(|supersampling| {
-        let target = ImageTarget::new(gpu, renderer, size, supersampling);
-        let images =
-            (0..frames).map(|i| target.render(gpu, renderer, forest, &view(scene, stage, i)));
-        images.collect::<anyhow::Result<Vec<_>>>().map(|images| mean_change(&images))
-    });
-    Ok(change? / reference?)
+    let mut change = |supersampling| -> anyhow::Result<f64> {
+        let target = ImageTarget::new(gpu, renderer, size, supersampling)?;
+        let images = (0..frames).map(|frame| {
+            let (time, view) = view(scene, stage, frame);
+            target.render(gpu, renderer, planted, (time, &view))
+        });
+        Ok(mean_change(&images.collect::<anyhow::Result<Vec<_>>>()?))
+    };
+    Ok(change(1)? / change(SUPERSAMPLING)?)
 }
 
 #[cfg(test)]
@@ -65,7 +65,7 @@ mod tests {
             scene.count = 1;
             let built = scene.build(|file, _| -> Result<_, Infallible> { unreachable!("{file}") });
             let Ok(stage) = built;
-            let [a, b] = [0, 30].map(|frame| view(&scene, &stage, frame).camera.eye);
+            let [a, b] = [0, 30].map(|frame| view(&scene, &stage, frame).1.camera.eye);
             assert!((0.4..4.0).contains(&a.distance(b)), "{name}: {a} {b}");
         }
     }

@@ -8,13 +8,14 @@ mod crawl;
 
 use crate::harness::{FrameMeasurement, Harness};
 use crate::output::write_json;
+use crate::scenery::edit_sky;
 use crate::statistics::Quartiles;
 use anyhow::{Context, bail};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::path::PathBuf;
-use windfall_gpu::{Quality, Sky, View};
+use windfall_gpu::{Quality, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::parse_size;
 use windfall_scenes::{NAMES, named};
@@ -80,24 +81,24 @@ type Switch = fn(&mut View);
 const EFFECTS: [(&str, Switch); 18] = [
     ("shadows", |v| v.shadows = false),
     ("shadow maps of 2048, not 1024", |v| v.quality.shadow_size = 1024),
-    ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.penumbrae) = (4, false)),
-    ("penumbrae", |v| v.quality.penumbrae = false),
+    ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.soft_shadows) = (4, false)),
+    ("penumbrae", |v| v.quality.soft_shadows = false),
     ("sway", |v| v.quality.sway = false),
     ("lighting of leaves in pixels", |v| v.quality.pixel_lighting = false),
     ("veins", |v| v.quality.veins = false),
     ("gloss", |v| v.quality.gloss = false),
     ("transmission", |v| v.quality.transmission = false),
-    ("openness", |v| v.quality.openness = false),
+    ("openness", |v| v.quality.ambient_occlusion = false),
     ("ground detail", |v| v.quality.ground_detail = false),
     ("bark relief", |v| v.quality.bark_relief = false),
     ("grass", |v| v.quality.grass = false),
     ("backdrop", |v| v.quality.backdrop = false),
-    ("reconstruction", |v| v.quality.reconstruction = false),
-    ("aerial perspective", |v| v.sky.haze = 0.0),
-    ("clouds", |v| v.sky.clouds = 0.0),
+    ("reconstruction", |v| v.quality.resolve_filter = false),
+    ("aerial perspective", |v| edit_sky(v, |sky| sky.haze = 0.0)),
+    ("clouds", |v| edit_sky(v, |sky| sky.clouds = 0.0)),
     ("all of them", |v| {
-        let Sky { haze, clouds, .. } = &mut v.sky;
-        (*haze, *clouds, v.shadows, v.quality) = (0.0, 0.0, false, NO_EFFECTS);
+        edit_sky(v, |sky| (sky.haze, sky.clouds) = (0.0, 0.0));
+        (v.shadows, v.quality) = (false, NO_EFFECTS);
     }),
 ];
 
@@ -107,16 +108,16 @@ const NO_EFFECTS: Quality = Quality {
     shadow_taps: 1,
     sway: false,
     transmission: false,
-    openness: false,
+    ambient_occlusion: false,
     backdrop: false,
     ..Quality::LOW
 };
 
 /// The views of a round: each preset, then the highest preset without each effect.
 fn variants(view: &View, effects: bool) -> Vec<View> {
-    let presets = Quality::PRESETS.map(|(_, quality)| View { quality, ..*view });
+    let presets = Quality::PRESETS.map(|(_, quality)| View { quality, ..view.clone() });
     let switched = EFFECTS.map(|(_, switch)| {
-        let mut view = View { quality: Quality::HIGH, ..*view };
+        let mut view = View { quality: Quality::HIGH, ..view.clone() };
         switch(&mut view);
         view
     });
@@ -173,7 +174,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
-    let harness = Harness::new(&gpu, args.size);
+    let harness = Harness::new(&gpu, args.size)?;
     let mut all = Vec::new();
     let mut timestamps = false;
     for name in names {
@@ -182,13 +183,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             unreachable!("built-in scenes have no files: {file}")
         });
         let Ok(stage) = built;
-        let forest = harness.upload(&gpu, &stage, &stage.falls);
+        let mut planted = harness.upload(&gpu, &stage)?;
         if args.crawl {
             let frames = args.frames + 1;
             let crawl = crawl::measure(
                 &mut gpu,
                 &harness.renderer,
-                &forest,
+                &mut planted,
                 (&scene, &stage),
                 args.size,
                 frames,
@@ -200,7 +201,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let mut rounds = Vec::new();
         // Pipelines compile in the first round, which is not measured.
         for round in 0..=args.frames {
-            let frames = variants.iter().map(|view| harness.measure(&mut gpu, &forest, view));
+            let frames = variants
+                .iter()
+                .map(|view| harness.measure(&mut gpu, &mut planted, (scene.time, view)));
             let frames = frames.collect::<anyhow::Result<Vec<_>>>()?;
             timestamps |= frames.iter().any(|f| f.gpu_ms.contains_key("frame"));
             if round > 0 {
@@ -235,13 +238,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
+    use glam::DVec3;
     use std::collections::BTreeMap;
-    use windfall_gpu::Camera;
+    use windfall_gpu::{Camera, Light};
 
     fn view() -> View {
-        let (eye, target) = (Vec3::ZERO, Vec3::X);
-        View::new(Camera { eye, target, fov_y: 1.0, near: 0.1 })
+        View::new(Camera::look_at(DVec3::ZERO, DVec3::X, 1.0, 0.1))
     }
 
     /// This does not compile with a new field of [`Quality`] until the field has a switch.
@@ -259,25 +261,25 @@ mod tests {
         let Quality {
             shadow_size,
             shadow_taps,
-            penumbrae,
+            soft_shadows,
             sway,
             pixel_lighting,
             veins,
             gloss,
             transmission,
-            openness,
+            ambient_occlusion,
             ground_detail,
             bark_relief,
             grass,
             backdrop,
-            reconstruction,
+            resolve_filter,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
-        let on =
-            [penumbrae, sway, pixel_lighting, veins, gloss, transmission, openness, ground_detail];
-        let also = [bark_relief, grass, backdrop, reconstruction];
+        let on = [soft_shadows, sway, pixel_lighting, veins, gloss, transmission];
+        let also = [ambient_occlusion, ground_detail, bark_relief, grass, backdrop, resolve_filter];
         assert!(!on.contains(&true) && !also.contains(&true));
-        assert!(!off.shadows && off.sky.haze == 0.0 && off.sky.clouds == 0.0);
+        let Light::Sky(sky, None) = off.light else { panic!("{:?}", off.light) };
+        assert!(!off.shadows && sky.haze == 0.0 && sky.clouds == 0.0);
     }
 
     #[test]
@@ -286,7 +288,6 @@ mod tests {
             wall_ms: 99.0,
             cpu_ms: 1.0,
             gpu_ms: BTreeMap::from([("frame".to_owned(), ms), ("sky".to_owned(), 0.1 * ms)]),
-            stats: Default::default(),
             counts: Default::default(),
         };
         let variants = variants(&view(), true).len();

@@ -6,15 +6,17 @@ use super::workload::{
 };
 use super::{Args, WARM_UP};
 use crate::baseline::MeshBaseline;
-use crate::harness::Harness;
+use crate::harness::{Harness, PlantedView, upload_models};
+use crate::scenery::clip_from_world;
 use crate::statistics::Quartiles;
 use serde::Serialize;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
-use windfall_core::tree::species::{Species, papers10};
-use windfall_gpu::{Culling, GpuForest, View};
+use windfall_gpu::{Culling, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::Stage;
+use windfall_tree::Species;
+use windfall_tree::species::papers10;
 
 /// Size of the images of the ring of trees.
 const RING_SIZE: (u32, u32) = (160, 120);
@@ -57,7 +59,7 @@ struct CullingLimit {
 impl CullingLimit {
     fn measure(args: &Args, gpu: &Gpu, stage: &Stage, view: &View) -> anyhow::Result<Self> {
         let (width, height) = RING_SIZE;
-        let clip_from_world = view.camera.clip_from_world(width as f32 / height as f32);
+        let clip_from_world = clip_from_world(&view.camera, width as f32 / height as f32);
         let trees = [all_trees(stage, view, height), visible_trees(stage, view, RING_SIZE)];
         let draws = trees.map(|trees| {
             let mesh = LeafMesh::new(stage, view, trees);
@@ -108,16 +110,17 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
          frames, ms",
         args.frames
     );
-    let on_gpu = harness.upload(gpu, &stage, &stage.falls);
+    let mut planted = harness.upload(gpu, &stage)?;
     let rounds = WARM_UP + args.frames;
-    let rows = cull_rows(gpu, harness, &on_gpu, &view, &Culling::ALL, rounds, None)?;
+    let rows = cull_rows(gpu, harness, &mut planted, &view, &Culling::ALL, rounds, None)?;
     println!("the same, looking away: none in view");
-    let away = cull_rows(gpu, harness, &on_gpu, &opposite(&view), &Culling::ALL, rounds, None)?;
+    let away =
+        cull_rows(gpu, harness, &mut planted, &opposite(&view), &Culling::ALL, rounds, None)?;
     println!("the first view unsimplified, a frame each");
-    let full = View { detail: none, ..view };
+    let full = View { detail: none, ..view.clone() };
     let cullings = [Culling::Off, Culling::Sphere];
-    let full = cull_rows(gpu, harness, &on_gpu, &full, &cullings, 1, None)?;
-    drop((stage, on_gpu));
+    let full = cull_rows(gpu, harness, &mut planted, &full, &cullings, 1, None)?;
+    drop((stage, planted));
     let (ring, ring_none_ms, ring_bare) = measure_ring(args, gpu, tenth)?;
     let counts = measure_counts(args, gpu, harness)?;
     Ok(CullingReport {
@@ -143,7 +146,7 @@ fn measure_ring(
     trees_in_view: f64,
 ) -> anyhow::Result<(Vec<CullRow>, Quartiles, CullingLimit)> {
     let stage = ring(papers10().to_vec(), 1000);
-    let harness = Harness::new(gpu, RING_SIZE);
+    let harness = Harness::new(gpu, RING_SIZE)?;
     let half = paper_simplification(0.5, 30.0);
     let aside = |fov| view_from_ring_center(fov, false, half);
     let fov = bisect(0.02, 2.5, trees_in_view, |fov| {
@@ -155,12 +158,12 @@ fn measure_ring(
         RING_SIZE.0,
         RING_SIZE.1
     );
-    let on_gpu = harness.upload(gpu, &stage, &stage.falls);
+    let mut planted = harness.upload(gpu, &stage)?;
     let rounds = WARM_UP + args.frames;
     let up = View { culling: Culling::Sphere, ..view_from_ring_center(fov, true, half) };
     let mut empty = Vec::new();
     for round in 0..rounds {
-        let measured = harness.measure(gpu, &on_gpu, &up)?;
+        let measured = harness.measure(gpu, &mut planted, (0.0, &up))?;
         if round >= WARM_UP {
             empty.push(measured.wall_ms);
         }
@@ -168,8 +171,8 @@ fn measure_ring(
     let none_ms = Quartiles::of(&empty);
     println!("{:>12}{:>8} trees{none_ms:>28}", "none", 0);
     let none = Some(none_ms.median);
-    let rows = cull_rows(gpu, &harness, &on_gpu, &aside(fov), &Culling::ALL, rounds, none)?;
-    drop((on_gpu, harness));
+    let rows = cull_rows(gpu, &harness, &mut planted, &aside(fov), &Culling::ALL, rounds, none)?;
+    drop((planted, harness));
     let limit = CullingLimit::measure(args, gpu, &stage, &aside(fov))?;
     Ok((rows, none_ms, limit))
 }
@@ -180,19 +183,20 @@ fn measure_counts(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Resu
     println!("{:>8}{:>9}{:>24}{:>24}{:>28}", "trees", "in view", "CPU", "culling, GPU", "frame");
     let half = paper_simplification(0.5, 30.0);
     let models: Vec<Tree> = Species::ALL.iter().map(|s| s.grow_with(1, 1000)).collect();
+    let uploaded = upload_models(gpu, &forest(models.clone(), 0))?;
     let mut counts = Vec::new();
     let mut trees = 1000;
     while trees <= args.most {
         let stage = forest(models.clone(), trees);
-        let on_gpu = harness.upload(gpu, &stage, &stage.falls);
+        let mut planted = harness.plant(gpu, &stage, &uploaded)?;
         let view = view_across(&stage, 0.12, half);
         let (mut cpu, mut cull, mut wall, mut in_view) = (Vec::new(), Vec::new(), Vec::new(), 0);
         for round in 0..WARM_UP + 3 * args.frames {
-            let measured = harness.measure(gpu, &on_gpu, &view)?;
+            let measured = harness.measure(gpu, &mut planted, (0.0, &view))?;
             in_view = measured.counts.trees.visible;
             if round >= WARM_UP {
                 cpu.push(measured.cpu_ms);
-                cull.push(measured.gpu_ms.get("cull").copied().unwrap_or(f64::NAN));
+                cull.push(measured.passes_ms(&["cull"]));
                 wall.push(measured.wall_ms);
             }
         }
@@ -208,7 +212,7 @@ fn measure_counts(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Resu
 fn cull_rows(
     gpu: &mut Gpu,
     harness: &Harness,
-    on_gpu: &GpuForest,
+    planted: &mut PlantedView,
     view: &View,
     cullings: &[Culling],
     rounds: u32,
@@ -218,7 +222,8 @@ fn cull_rows(
     let mut drawn = vec![0; cullings.len()];
     for round in 0..rounds {
         for (i, &culling) in cullings.iter().enumerate() {
-            let measured = harness.measure(gpu, on_gpu, &View { culling, ..*view })?;
+            let view = View { culling, ..view.clone() };
+            let measured = harness.measure(gpu, planted, (0.0, &view))?;
             drawn[i] = measured.counts.trees.visible;
             if round >= WARM_UP || rounds == 1 {
                 walls[i].push(measured.wall_ms);

@@ -1,14 +1,14 @@
 //! Part d: whether trees gain detail smoothly as the camera comes nearer.
 
-use crate::harness::{ImageTarget, upload};
-use glam::{Vec2, Vec3};
+use crate::harness::{ImageTarget, PlantedView};
+use crate::scenery;
+use glam::{DVec3, Vec2};
 use serde::Serialize;
 use windfall_core::forest::{KeepOut, Placement, Terrain};
 use windfall_core::simplify::{Fade, FadeRange, Growth, Reduction, Simplification};
-use windfall_core::tree::species::Species;
 use windfall_gpu::{Camera, Falls, Quality, Renderer, View};
 use windfall_host::device::Gpu;
-use windfall_scenes::Stage;
+use windfall_tree::Species;
 
 const FRAMES: u32 = 300;
 const SIZE: (u32, u32) = (192, 128);
@@ -83,9 +83,9 @@ pub fn measure(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
         seed: 17,
     };
     let forest = placement.place(Terrain::flat(), &[1.0, 1.0]);
-    let stage = Stage { trees: models, forest, falls: Falls::none() };
-    let on_gpu = upload(gpu, renderer, &stage, &stage.falls);
-    let target = ImageTarget::new(gpu, renderer, SIZE, 1);
+    let stage = scenery::stage(models, forest, Falls::none());
+    let mut planted = PlantedView::upload(gpu, renderer, &stage)?;
+    let target = ImageTarget::new(gpu, renderer, SIZE, 1)?;
     let trees = stage.forest.instances.len();
     println!(
         "\n(d) {trees} trees, a dolly of {FRAMES} frames over {:.0} m, or a still camera and trees \
@@ -121,17 +121,14 @@ pub fn measure(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
                 Motion::Dolly => (LANE - STEP * frame as f32, 1.0),
                 Motion::Still(step) => (LANE, (step * frame as f32).exp()),
             };
-            let camera = Camera {
-                eye: Vec3::new(0.0, 3.0, z),
-                target: Vec3::new(0.0, 5.0, z - 30.0),
-                fov_y: 40f32.to_radians(),
-                near: 0.1,
-            };
+            let eye = DVec3::new(0.0, 3.0, f64::from(z));
+            let camera =
+                Camera::look_at(eye, eye + DVec3::new(0.0, 2.0, -30.0), 40f32.to_radians(), 0.1);
             let quality = Quality { sway: false, ..Quality::LOW };
-            let view = View { season: 0.55, quality, ..View::new(camera) };
+            let view = View { quality, ..View::new(camera) };
             let shadow_detail = nearer(view.shadow_detail, factor);
             let view = View { detail: nearer(detail, factor), shadow_detail, ..view };
-            let image = target.render(gpu, renderer, &on_gpu, &view)?;
+            let image = target.render(gpu, renderer, &mut planted, (0.0, &view))?;
             if let Some(last) = &last {
                 differences.push(image.difference(last));
                 tiles.push(image.most_different_tile(last, TILE));

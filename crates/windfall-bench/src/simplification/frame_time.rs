@@ -6,16 +6,17 @@ use super::workload::{
 };
 use super::{Args, WARM_UP};
 use crate::baseline::MeshBaseline;
-use crate::harness::Harness;
+use crate::harness::{Harness, PlantedView};
 use crate::plot::failed;
+use crate::scenery::clip_from_world;
 use crate::statistics::Quartiles;
 use plotters::prelude::*;
 use serde::Serialize;
 use windfall_core::simplify::Simplification;
-use windfall_core::tree::species::papers10;
-use windfall_gpu::{GpuForest, Show, View};
+use windfall_gpu::{DebugView, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::Stage;
+use windfall_tree::species::papers10;
 
 /// Values of `h` of SFS, figure 5.
 pub const HS: [f32; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
@@ -78,7 +79,7 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
         vertices_in_view / 1e6,
         args.frames
     );
-    let on_gpu = harness.upload(gpu, &stage, &stage.falls);
+    let mut planted = harness.upload(gpu, &stage)?;
     let hs = &args.h;
     let mut walls: Vec<Vec<f64>> = vec![Vec::new(); hs.len()];
     let mut triangles = vec![0; hs.len()];
@@ -89,7 +90,7 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
                 continue;
             }
             let detail = if h == 0.0 { none } else { paper_simplification(h, d0) };
-            let measured = harness.measure(gpu, &on_gpu, &view(detail))?;
+            let measured = harness.measure(gpu, &mut planted, (0.0, &view(detail)))?;
             triangles[i] = measured.counts.trees.triangles;
             if round >= WARM_UP {
                 walls[i].push(measured.wall_ms);
@@ -120,8 +121,8 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
             Row { h, lambda_total: lambda, triangles: triangles[i], wall_ms, faster }
         })
         .collect();
-    let leaves_only = View { show: Show::Leaves, ..view(paper_simplification(0.7, d0)) };
-    let leaf = LeafCost::measure(args, gpu, harness, (&stage, &on_gpu), &leaves_only)?;
+    let leaves_only = View { show: DebugView::Leaves, ..view(paper_simplification(0.7, d0)) };
+    let leaf = LeafCost::measure(args, gpu, harness, (&stage, &mut planted), &leaves_only)?;
     Ok(FrameTimes {
         trees: stage.forest.instances.len(),
         trees_in_view: in_view,
@@ -139,23 +140,23 @@ impl LeafCost {
         args: &Args,
         gpu: &mut Gpu,
         harness: &Harness,
-        (stage, on_gpu): (&Stage, &GpuForest),
+        (stage, planted): (&Stage, &mut PlantedView),
         view: &View,
     ) -> anyhow::Result<Self> {
         let mesh = LeafMesh::new(stage, view, visible_trees(stage, view, args.size));
         let leaves = mesh.leaves;
         let aspect = args.size.0 as f32 / args.size.1 as f32;
-        let clip_from_world = view.camera.clip_from_world(aspect);
+        let clip_from_world = clip_from_world(&view.camera, aspect);
         let baseline =
             MeshBaseline::new(gpu, &mesh.positions, &mesh.indices, clip_from_world, args.size);
         drop(mesh);
         let leafless = without_leaves(stage);
-        let leafless = harness.upload(gpu, &leafless, &leafless.falls);
+        let mut leafless = harness.upload(gpu, &leafless)?;
         let mut times: [Vec<f64>; 4] = Default::default();
         for round in 0..WARM_UP + 3 * args.frames {
             let of_round = [
-                harness.measure(gpu, on_gpu, view)?.wall_ms,
-                harness.measure(gpu, &leafless, view)?.wall_ms,
+                harness.measure(gpu, planted, (0.0, view))?.wall_ms,
+                harness.measure(gpu, &mut leafless, (0.0, view))?.wall_ms,
                 baseline.measure(gpu, 1.0)?,
                 baseline.measure(gpu, 0.0)?,
             ];

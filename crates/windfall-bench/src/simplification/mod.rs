@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
-    let harness = Harness::new(&gpu, args.size);
+    let harness = Harness::new(&gpu, args.size)?;
     let mut report = Report { adapter: gpu.adapter.clone(), size: args.size, ..Report::default() };
     if args.parts.contains('a') {
         let forest = frame_time::measure(args, &mut gpu, &harness)?;

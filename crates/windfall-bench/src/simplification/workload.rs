@@ -1,9 +1,10 @@
 //! The forests and views of parts a and b, and what a view sees of a forest.
 
-use glam::Vec3;
+use crate::scenery::{clip_from_world, pixels, stage};
+use glam::{DVec3, Quat, Vec3};
 use windfall_core::foliage::{Foliage, Holes};
 use windfall_core::forest::{Forest, Frustum, Instance, Placement, Terrain};
-use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification, simple_shapes};
+use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
@@ -19,7 +20,7 @@ pub fn forest(models: Vec<Tree>, trees: u32) -> Stage {
         seed: 17,
     };
     let forest = placement.place(Terrain::flat(), &vec![1.0; models.len()]);
-    Stage { trees: models, forest, falls: Falls::none() }
+    stage(models, forest, Falls::none())
 }
 
 /// The same forest without its leaves.
@@ -53,37 +54,38 @@ pub fn ring(models: Vec<Tree>, trees: u32) -> Stage {
         }
     });
     let forest = Forest { terrain: Terrain::flat(), instances: instances.collect() };
-    Stage { trees: models, forest, falls: Falls::none() }
+    stage(models, forest, Falls::none())
 }
 
 /// Without shadows and at the lowest quality, so that most of a frame's cost is leaves and culling.
-fn view(eye: Vec3, target: Vec3, fov_y: f32, detail: Simplification) -> View {
-    let camera = Camera { eye, target, fov_y, near: 0.1 };
-    View { shadows: false, quality: Quality::LOW, detail, season: 0.55, ..View::new(camera) }
+fn view(eye: DVec3, target: DVec3, fov_y: f32, detail: Simplification) -> View {
+    let camera = Camera::look_at(eye, target, fov_y, 0.1);
+    View { shadows: false, quality: Quality::LOW, detail, ..View::new(camera) }
 }
 
 /// From the edge of the forest across it, from a height of 5 m.
 pub fn view_across(stage: &Stage, fov_y: f32, detail: Simplification) -> View {
     let edge = stage.forest.instances.iter().map(|i| i.position.length()).fold(1.0, f32::max);
-    view(Vec3::new(0.0, 5.0, edge + 12.0), Vec3::new(0.0, 5.0, 0.0), fov_y, detail)
+    let eye = DVec3::new(0.0, 5.0, f64::from(edge + 12.0));
+    view(eye, DVec3::new(0.0, 5.0, 0.0), fov_y, detail)
 }
 
 /// From above the middle of the forest, where trees out of view are as near as trees in view.
 pub fn view_from_middle(fov_y: f32, detail: Simplification) -> View {
-    view(Vec3::new(0.0, 30.0, 0.0), Vec3::new(0.0, 10.0, -60.0), fov_y, detail)
+    view(DVec3::new(0.0, 30.0, 0.0), DVec3::new(0.0, 10.0, -60.0), fov_y, detail)
 }
 
 /// From the middle of a ring of trees to one side; or with `up` to the sky, without a tree in view.
 pub fn view_from_ring_center(fov_y: f32, up: bool, detail: Simplification) -> View {
-    let eye = Vec3::new(0.0, 6.0, 0.0);
-    view(eye, eye + if up { Vec3::Y } else { Vec3::NEG_Z }, fov_y, detail)
+    let eye = DVec3::new(0.0, 6.0, 0.0);
+    view(eye, eye + if up { DVec3::Y } else { DVec3::NEG_Z }, fov_y, detail)
 }
 
 /// The view in the opposite direction.
 pub fn opposite(view: &View) -> View {
     let camera = view.camera;
-    let target = camera.eye * 2.0 - camera.target;
-    View { camera: Camera { target, ..camera }, ..*view }
+    let rotation = camera.rotation * Quat::from_rotation_y(std::f32::consts::PI);
+    View { camera: Camera { rotation, ..camera }, ..view.clone() }
 }
 
 /// The paper's simplification: leaves grow as equation 3 says, without a bound.
@@ -102,7 +104,7 @@ pub fn visible_trees(
     view: &View,
     (width, height): (u32, u32),
 ) -> Vec<(usize, Seen)> {
-    let frustum = Frustum::new(view.camera.clip_from_world(width as f32 / height as f32));
+    let frustum = Frustum::new(clip_from_world(&view.camera, width as f32 / height as f32));
     let mut trees = all_trees(stage, view, height);
     trees.retain(|(i, seen)| {
         let instance = &stage.forest.instances[*i];
@@ -125,6 +127,7 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
             ((low + high) * 0.5, radius, length, side, foliage.holes())
         })
         .collect();
+    let (eye, pixels) = (view.camera.eye.as_vec3(), pixels(&view.camera, height));
     let instances = stage.forest.instances.iter().enumerate();
     instances
         .map(|(i, instance)| {
@@ -132,8 +135,8 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
             let center = instance.world_from_tree(center);
             let foliage = &stage.trees[instance.model as usize].foliage;
             let seen = Seen {
-                distance: center.distance(view.camera.eye),
-                pixels: view.camera.pixels(height),
+                distance: center.distance(eye),
+                pixels,
                 radius: radius * instance.scale,
                 leaf_length: leaf_length * instance.scale,
                 leaf_side: leaf_side * instance.scale,
@@ -185,7 +188,6 @@ impl LeafMesh {
     /// The leaves that the renderer draws of `trees` in `view`, with the same shapes and sizes.
     pub fn new(stage: &Stage, view: &View, trees: Vec<(usize, Seen)>) -> Self {
         let (mut positions, mut indices, mut leaves) = (Vec::new(), Vec::new(), 0);
-        let simple: Vec<_> = stage.trees.iter().map(|tree| simple_shapes(&tree.foliage)).collect();
         for (i, seen) in trees {
             let instance = &stage.forest.instances[i];
             let foliage = &stage.trees[instance.model as usize].foliage;
@@ -202,7 +204,7 @@ impl LeafMesh {
                 }
                 leaves += 1;
                 let far = view.detail.simple(&level, &seen);
-                let simple = simple[instance.model as usize][leaf.shape as usize].as_ref();
+                let simple = foliage.simple_shapes[leaf.shape as usize].as_ref();
                 let shape = &foliage.shapes[leaf.shape as usize];
                 let shape = simple.filter(|_| far).unwrap_or(shape);
                 let first = positions.len() as u32;

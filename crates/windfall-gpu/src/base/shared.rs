@@ -1,6 +1,6 @@
 //! Structs that Rust and WGSL share, written once.
 //!
-//! [`gpu_struct!`] makes the Rust struct and the WGSL text from the same fields, and refuses to
+//! `gpu_struct!` makes the Rust struct and the WGSL text from the same fields, and refuses to
 //! compile where Rust's layout is not WGSL's: the two cannot drift apart.
 
 use glam::{Mat4, UVec4, Vec2, Vec3, Vec4};

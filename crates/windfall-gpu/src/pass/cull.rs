@@ -16,8 +16,8 @@ pub const CULL: Module = Module {
 pub struct Cull {
     classify: wgpu::ComputePipeline,
     reclassify: wgpu::ComputePipeline,
-    arrange: wgpu::ComputePipeline,
-    place: wgpu::ComputePipeline,
+    prefix_sum: wgpu::ComputePipeline,
+    scatter: wgpu::ComputePipeline,
 }
 
 impl Cull {
@@ -27,8 +27,8 @@ impl Cull {
         Self {
             classify: pipeline("classify"),
             reclassify: pipeline("reclassify"),
-            arrange: pipeline("arrange"),
-            place: pipeline("place"),
+            prefix_sum: pipeline("prefix_sum"),
+            scatter: pipeline("scatter"),
         }
     }
 
@@ -71,9 +71,9 @@ impl Cull {
         pass.set_bind_group(2, pyramid, &[]);
         pass.set_pipeline(classify);
         pass.dispatch_workgroups(lists.blocks, rows, 1);
-        pass.set_pipeline(&self.arrange);
+        pass.set_pipeline(&self.prefix_sum);
         pass.dispatch_workgroups(lists.models, rows, 1);
-        pass.set_pipeline(&self.place);
+        pass.set_pipeline(&self.scatter);
         pass.dispatch_workgroups(lists.blocks, rows, 1);
     }
 }

@@ -13,7 +13,7 @@
 // For each list and place: the tree's bucket in the lower 8 bits (0: not drawn), whether the pyramid
 // hides it, and its rank among those of its bucket in its block.
 @group(1) @binding(5) var<storage, read_write> keys: array<u32>;
-// For each list, block and bucket the number of trees; after `arrange` of those in blocks before.
+// For each list, block and bucket the number of trees; after `prefix_sum` of those in blocks before.
 // Behind them, for each list, model and bucket where the bucket begins.
 @group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 // Five words a draw: indirect arguments. Then the tallies of the view, two words each: trees, their
@@ -261,7 +261,7 @@ var<workgroup> from_bucket: array<u32, BUCKETS + 2u>;
 
 // For each model and list: where buckets begin, and the arguments of the draws.
 @compute @workgroup_size(BLOCK)
-fn arrange(
+fn prefix_sum(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) rows: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
@@ -339,7 +339,7 @@ fn mean_cosines(crown: Crown, tree: TreeRecord, view: vec3<f32>) -> vec2<f32> {
 
 // Puts each tree in its place.
 @compute @workgroup_size(BLOCK)
-fn place(
+fn scatter(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) rows: vec3<u32>,
     @builtin(local_invocation_index) local: u32,

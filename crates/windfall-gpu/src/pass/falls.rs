@@ -17,11 +17,11 @@ pub const FALLS: Module = Module {
 
 /// Lets leaves fall.
 pub struct Falls {
-    windows: wgpu::ComputePipeline,
-    find: wgpu::ComputePipeline,
-    land: wgpu::ComputePipeline,
+    update_windows: wgpu::ComputePipeline,
+    collect_detached: wgpu::ComputePipeline,
+    solve_landings: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
-    change: wgpu::ComputePipeline,
+    transition: wgpu::ComputePipeline,
 }
 
 /// Workgroups in rows: no side of a dispatch is longer than the device allows.
@@ -34,28 +34,28 @@ impl Falls {
         let groups = [&layouts.frame, &layouts.falls];
         let pipeline = |entry| shaders.compute(&FALLS, entry, &groups, &[]);
         Self {
-            windows: pipeline("windows"),
-            find: pipeline("find"),
-            land: pipeline("land"),
+            update_windows: pipeline("update_windows"),
+            collect_detached: pipeline("collect_detached"),
+            solve_landings: pipeline("solve_landings"),
             pose: pipeline("pose"),
-            change: pipeline("change"),
+            transition: pipeline("transition"),
         }
     }
 
     /// Lists the leaves that have newly detached.
-    pub fn find(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
-        let streams = loose.streams.streams.len() as u32;
+    pub fn collect_detached(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
+        let streams = loose.streams.all.len() as u32;
         pass.set_bind_group(1, &loose.group, &[]);
-        pass.set_pipeline(&self.windows);
+        pass.set_pipeline(&self.update_windows);
         pass.dispatch_workgroups(streams.div_ceil(BLOCK), 1, 1);
-        pass.set_pipeline(&self.find);
+        pass.set_pipeline(&self.collect_detached);
         dispatch(pass, streams);
     }
 
     /// Finds where they will land.
-    pub fn land(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
+    pub fn solve_landings(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
-        pass.set_pipeline(&self.land);
+        pass.set_pipeline(&self.solve_landings);
         pass.dispatch_workgroups_indirect(&loose.indirect, 0);
     }
 
@@ -67,9 +67,9 @@ impl Falls {
     }
 
     /// Poses the leaves that leave their twigs, settle, or vanish.
-    pub fn change(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
+    pub fn transition(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
-        pass.set_pipeline(&self.change);
+        pass.set_pipeline(&self.transition);
         pass.dispatch_workgroups_indirect(&loose.indirect, 12);
     }
 }

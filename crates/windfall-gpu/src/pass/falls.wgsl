@@ -15,7 +15,7 @@
 @group(1) @binding(5) var<storage, read_write> slots: array<vec4<u32>>;
 // A leaf a slot, as it is drawn: what views gather from. Of leaves that have withered it stays as it is.
 @group(1) @binding(6) var<storage, read_write> posed: array<LooseLeaf>;
-// WINDOW vectors a stream: see Window. Then a word a slot: leaves that `land` or `change` has to see to.
+// WINDOW vectors a stream: see Window. Then a word a slot: leaves that `solve_landings` or `transition` has to see to.
 @group(1) @binding(7) var<storage, read_write> work: array<vec4<u32>>;
 // See windfall_gpu::scene::falls::Counter.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
@@ -95,7 +95,7 @@ fn detached_entries(stream: Stream, ahead: f32) -> u32 {
 // Counts the leaves of each stream that have detached. What the slots hold is known by the last vector, which
 // the GPU alone writes: whatever frames a host records and does not submit, slots and vector agree.
 @compute @workgroup_size(BLOCK)
-fn windows(@builtin(global_invocation_id) id: vec3<u32>) {
+fn update_windows(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= fall.stream_count {
         return;
     }
@@ -160,7 +160,7 @@ fn listed(i: u32) -> Listed {
 // Lists the entries that have detached since the last frame, or all that are kept after a seek; a
 // workgroup for each stream.
 @compute @workgroup_size(BLOCK)
-fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn collect_detached(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let stream = group.y * ROW + group.x;
     if stream >= fall.stream_count {
         return;
@@ -181,7 +181,7 @@ fn find(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
 
 // Finds where the leaves of the listed entries will land, and fills their slots.
 @compute @workgroup_size(BLOCK)
-fn land(@builtin(global_invocation_id) id: vec3<u32>) {
+fn solve_landings(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = atomicLoad(&counters[LANDINGS]);
     for (var i = id.x; i < count; i += BLOCK * ROW) {
         let leaf_at = listed(i);
@@ -379,7 +379,7 @@ fn entries_back(window: Window, at: u32) -> u32 {
     return window.newest - at + select(0u, window.keep, at > window.newest);
 }
 
-// Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `change`.
+// Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `transition`.
 // Returns 1 for a leaf in the air, 0x10000 for one on the ground.
 fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
     let back = entries_back(window, at);
@@ -422,7 +422,7 @@ fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
 
 var<workgroup> counts: atomic<u32>;
 
-// Poses the leaves that fly and those that lie. Leaves that change are listed for `change`: few at a time, and
+// Poses the leaves that fly and those that lie. Leaves that change are listed for `transition`: few at a time, and
 // costlier. A thread has several slots, BLOCK apart: what they have in common is read once.
 @compute @workgroup_size(BLOCK)
 fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -447,7 +447,7 @@ fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) l
 
 // Poses the listed leaves: those that leave their twigs, settle, have just landed, or vanish.
 @compute @workgroup_size(BLOCK)
-fn change(@builtin(global_invocation_id) id: vec3<u32>) {
+fn transition(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = atomicLoad(&counters[CHANGES]);
     for (var i = id.x; i < count; i += BLOCK * ROW) {
         let leaf_at = listed(i);

@@ -46,7 +46,7 @@ impl Gather {
     pub fn run(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState, view: &LooseView) {
         pass.set_bind_group(1, &view.group, &[]);
         pass.set_pipeline(&self.levels);
-        pass.dispatch_workgroups((loose.streams.streams.len() as u32).div_ceil(BLOCK), 1, 1);
+        pass.dispatch_workgroups((loose.streams.all.len() as u32).div_ceil(BLOCK), 1, 1);
         pass.set_pipeline(&self.gather);
         dispatch(pass, loose.streams.groups.len() as u32);
     }

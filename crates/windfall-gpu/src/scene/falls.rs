@@ -169,7 +169,7 @@ impl LooseState {
             return Err(ForestError::TooManyLeaves { leaves: slots, most: most / SLOT_BYTES });
         }
         let (tables, mut frame) = tables::tables(falls, wind, terrain, uniforms);
-        frame.stream_count = streams.streams.len() as u32;
+        frame.stream_count = streams.all.len() as u32;
         frame.slot_count = streams.slot_count;
         frame.bin_count = streams.bins.len() as u32;
         frame.group_count = streams.groups.len() as u32;
@@ -179,7 +179,7 @@ impl LooseState {
         list.extend_from_slice(&streams.shed_lists);
         let none = wgpu::BufferUsages::empty();
         let stream_buffer =
-            storage(device, "streams", bytemuck::cast_slice(&streams.streams), none);
+            storage(device, "streams", bytemuck::cast_slice(&streams.all), none);
         let list_buffer = storage(device, "shed lists", bytemuck::cast_slice(&list), none);
         let leaves = storage(device, "leaf records", bytemuck::cast_slice(&records), none);
         let slot_buffer = zeros(device, "leaf slots", slots * SLOT_BYTES, none);
@@ -189,7 +189,7 @@ impl LooseState {
             slots * size_of::<LooseLeaf>() as u64,
             wgpu::BufferUsages::COPY_SRC,
         );
-        let windows = u64::from(WINDOW) * streams.streams.len() as u64;
+        let windows = u64::from(WINDOW) * streams.all.len() as u64;
         let work = zeros(device, "work on leaves", (windows + slots.div_ceil(4)) * 16, none);
         let counters =
             zeros(device, "leaf counters", u64::from(TALLIES) * 4, wgpu::BufferUsages::COPY_SRC);
@@ -225,7 +225,7 @@ impl LooseState {
         let empty_draws = empty_draws(device, models, &streams.bins);
         let view_words = u64::from(VIEW_TALLIES)
             + 2 * u64::from(DRAW_WORDS) * streams.bins.len() as u64
-            + 4 * streams.streams.len() as u64;
+            + 4 * streams.all.len() as u64;
         Ok(Self {
             streams,
             frame,
@@ -259,7 +259,7 @@ impl LooseState {
 
     /// Writes a stream that has changed.
     pub fn write_stream(&self, queue: &wgpu::Queue, stream: u32) {
-        let record = &self.streams.streams[stream as usize];
+        let record = &self.streams.all[stream as usize];
         let size = size_of_val(record) as u64;
         let at = u64::from(stream) * size;
         queue.write_buffer(&self.stream_buffer, at, bytemuck::bytes_of(record));

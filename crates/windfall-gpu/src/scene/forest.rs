@@ -471,7 +471,15 @@ impl Forest {
 
     /// Sets when leaves detach.
     pub fn set_shedding(&mut self, shedding: Shedding) {
+        let before = self.epoch();
         self.falls.shedding = shedding;
+        // Times of thrown leaves stay where they are on the world's clock.
+        let later = (before - self.epoch()) as f32;
+        for tree in &mut self.trees {
+            tree.thrown.iter_mut().for_each(|(_, time)| *time += later);
+        }
+        self.scripted = Scripted::default();
+        self.scripted_changed = true;
         self.reseason();
     }
 
@@ -695,7 +703,7 @@ impl Forest {
             let records = bytemuck::cast_slice(&buffers.tables.records);
             queue.write_buffer(&buffers.tree_buffer, 0, records);
             let streams = &buffers.loose.streams;
-            let bytes = bytemuck::cast_slice(&streams.streams);
+            let bytes = bytemuck::cast_slice(&streams.all);
             queue.write_buffer(&buffers.loose.stream_buffer, 0, bytes);
             buffers.loose.write_list(queue, 0..streams.shed_lists.len() as u32);
         }

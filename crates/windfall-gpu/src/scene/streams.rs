@@ -36,7 +36,7 @@ struct Pool {
 
 /// All streams of a forest.
 pub struct Streams {
-    pub streams: Vec<Stream>,
+    pub all: Vec<Stream>,
     pub bins: Vec<Bin>,
     /// For each workgroup of [`GROUP`] slots its stream, and the first of them there.
     pub groups: Vec<[u32; 2]>,
@@ -62,7 +62,7 @@ impl Streams {
     /// Streams of models with such room; `share` of the leaves of a tree have a slot.
     pub fn new(models: &[(TreeModel, Room)], share: f64) -> Self {
         let mut out = Self {
-            streams: Vec::new(),
+            all: Vec::new(),
             bins: Vec::new(),
             groups: Vec::new(),
             slot_count: 0,
@@ -107,7 +107,7 @@ impl Streams {
             simple: u32::from(shape.small.is_some()),
             ..Stream::zeroed()
         };
-        let stream_first = self.streams.len() as u32;
+        let stream_first = self.all.len() as u32;
         if keep > 0 {
             for _ in 0..room.places {
                 self.push(Stream { list_first, keep, ..empty });
@@ -115,7 +115,7 @@ impl Streams {
         }
         let mut pool = Pool {
             streams: if list_count > 0 { room.scripted } else { 0 },
-            stream_first: self.streams.len() as u32,
+            stream_first: self.all.len() as u32,
             list_first: self.shed_lists.len() as u32,
             used: 0,
         };
@@ -137,9 +137,9 @@ impl Streams {
 
     /// Adds a stream with its slots; it is empty until a tree stands at its place.
     fn push(&mut self, stream: Stream) {
-        let index = self.streams.len() as u32;
+        let index = self.all.len() as u32;
         let group_first = self.groups.len() as u32;
-        self.streams.push(Stream { slot_first: self.slot_count, group_first, ..stream });
+        self.all.push(Stream { slot_first: self.slot_count, group_first, ..stream });
         let firsts = (0..stream.keep).step_by(GROUP as usize);
         self.groups.extend(firsts.map(|first| [index, first]));
         self.slot_count += stream.keep;
@@ -157,7 +157,7 @@ impl Streams {
             if plan.keep == 0 {
                 continue;
             }
-            let stream = &mut self.streams[(plan.stream_first + place) as usize];
+            let stream = &mut self.all[(plan.stream_first + place) as usize];
             match tree {
                 Some(tree) => {
                     *stream = Stream { list_count: plan.list_count, ..of_tree(*stream, tree) };
@@ -178,21 +178,21 @@ impl Streams {
         let pool = self.plans[model][shape].pool;
         let used = pool.stream_first..pool.stream_first + pool.used;
         let of_tree_and_free = |i: &u32| {
-            let s = &self.streams[*i as usize];
+            let s = &self.all[*i as usize];
             s.position == tree.position && s.seed == tree.seed && s.list_count < SCRIPTED_ROOM
         };
-        let empty = |i: &u32| self.streams[*i as usize].list_count == 0;
+        let empty = |i: &u32| self.all[*i as usize].list_count == 0;
         let index = if let Some(index) = used.clone().find(of_tree_and_free) {
             index
         } else {
             let free = used.clone().find(empty);
             let index = free.or_else(|| (pool.used < pool.streams).then_some(used.end))?;
             self.plans[model][shape].pool.used += u32::from(index == used.end);
-            let stream = &mut self.streams[index as usize];
+            let stream = &mut self.all[index as usize];
             *stream = Stream { list_count: 0, ..of_tree(*stream, tree) };
             index
         };
-        let stream = &self.streams[index as usize];
+        let stream = &self.all[index as usize];
         let (first, count) = (stream.list_first as usize, stream.list_count as usize);
         // The times stand right behind the leaves: both move as the list grows.
         let list = &self.shed_lists[first..first + 2 * count];
@@ -204,7 +204,7 @@ impl Streams {
             self.shed_lists[first + i] = *leaf;
             self.shed_lists[first + count + 1 + i] = time.to_bits();
         }
-        self.streams[index as usize].list_count += 1;
+        self.all[index as usize].list_count += 1;
         Some(index)
     }
 
@@ -213,7 +213,7 @@ impl Streams {
         let mut cleared = Vec::new();
         for plan in &self.plans[model] {
             for i in plan.pool.stream_first..plan.pool.stream_first + plan.pool.used {
-                let stream = &mut self.streams[i as usize];
+                let stream = &mut self.all[i as usize];
                 if stream.position == tree.position && stream.seed == tree.seed {
                     stream.list_count = 0;
                     cleared.push(i);
@@ -225,7 +225,7 @@ impl Streams {
 
     /// Words of the shed lists that a stream of thrown leaves has.
     pub fn words_of(&self, stream: u32) -> std::ops::Range<u32> {
-        let first = self.streams[stream as usize].list_first;
+        let first = self.all[stream as usize].list_first;
         first..first + 2 * SCRIPTED_ROOM
     }
 }

@@ -11,6 +11,9 @@ use windfall_core::path::{FallSettings, Flight, PathTables, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::wind::Wind;
 
+// What is pushed for each model below.
+const _: () = assert!(MODEL_HEAD == 3 && PALETTE == 8);
+
 /// Path tables and terrain as vectors (`base/wgsl/tables.wgsl`), and the frame's constants.
 pub fn tables(
     falls: &Falls,
@@ -28,7 +31,6 @@ pub fn tables(
             words(model.crown_center.extend(0.0)),
             words(model.crown_extent.extend(0.0)),
         ];
-        const _: () = assert!(MODEL_HEAD == 3 && PALETTE == 8);
         out.extend(head);
         out.extend(model.palette.map(words));
     }

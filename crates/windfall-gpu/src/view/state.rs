@@ -5,7 +5,7 @@ use crate::base::layouts::{self, Layouts};
 use crate::base::shared::{CullFrame, Frame, LooseLeaf};
 use crate::scene::falls::{Bin, zeros};
 use crate::scene::forest::{Forest, ForestBuffers};
-use crate::view::camera::{Eye, ViewError};
+use crate::view::camera::ViewError;
 use crate::view::cascades::{self, Cascade, Shadows};
 use crate::view::description::View;
 use crate::view::light::Light;
@@ -52,9 +52,7 @@ pub(crate) struct ViewBuffers {
 #[derive(Clone)]
 pub(crate) struct Prepared {
     pub view: View,
-    pub eye: Eye,
     pub cull: CullFrame,
-    pub frame: Frame,
     pub cascades: Option<[Cascade; cascades::CASCADES]>,
 }
 

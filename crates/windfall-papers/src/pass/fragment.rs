@@ -1,75 +1,80 @@
-//! Strategy `fragment` (VB 6.1): a fragment finds where a leaf is, its vertices look it up.
+//! Strategy `fragment` (VB 6.1): a fragment poses a leaf, its vertices read the pose.
 
-use super::Shaders;
-use super::listed::{
-    Layouts, PictureAndShadow, Pipelines, Placing, SHAPE, pose_pass, pose_pipeline,
+use super::{
+    PassLayouts, Pipelines, VISIBILITY, VertexInput, fill_pipeline, loaded, with_leaf_texels,
+    with_leaves,
 };
-use crate::arena::GRAIN;
-use crate::listed::{ListedFalls, PLACE, PosedLeaves, WORDS, leaf_rows};
-use crate::model::GpuModel;
-use wgpu_profiler::Scope;
+use crate::arena::BLOCK_SIZE;
+use crate::buffers::{LeafBuffers, POSITIONS, PosedLeaves, WORDS, rows};
+use windfall_gpu::Recording;
+use windfall_gpu::internals::{Module, Shaders, ShapeVertex};
 
-pub(crate) struct FragmentFalls {
-    pose: wgpu::RenderPipeline,
-    pub(super) pipelines: PictureAndShadow,
+/// Poses.
+pub const POSE: Module = Module {
+    name: "published-fragment",
+    source: |settings| with_leaf_texels(*settings, &[include_str!("fragment.wgsl")]),
+};
+
+/// Draws.
+pub const DRAW: Module = Module {
+    name: "published-fragment-draw",
+    source: |settings| with_leaves(*settings, &[&[include_str!("fragment_draw.wgsl")]]),
+};
+
+/// Draws with leaf occlusion.
+pub const OCCLUSION: Module = Module {
+    name: "published-fragment-occlusion",
+    source: |settings| {
+        let entries = [include_str!("fragment_draw.wgsl"), include_str!("fragment_occlusion.wgsl")];
+        with_leaves(*settings, &[&VISIBILITY, &entries])
+    },
+};
+
+pub(super) fn pose_pipeline(shaders: &Shaders<'_>, layouts: &PassLayouts) -> wgpu::RenderPipeline {
+    let groups = [&layouts.frame, &layouts.leaves, &layouts.tables];
+    fill_pipeline(shaders, (&POSE, "pose"), &groups, &[], &[POSITIONS, WORDS])
 }
 
-impl FragmentFalls {
-    pub fn new(
-        shaders: &Shaders<'_>,
-        part_layout: &wgpu::BindGroupLayout,
-        layouts: &Layouts,
-    ) -> Self {
-        let pose = include_str!("../../shaders/fragment_falls.wgsl");
-        Self {
-            pose: pose_pipeline(shaders, layouts, "fragment falls", pose, &[], [PLACE, WORDS]),
-            pipelines: PictureAndShadow::new(shaders, &Self::placing(part_layout, layouts)),
-        }
+pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
+    VertexInput {
+        module: &DRAW,
+        vertex: "read_pose",
+        groups: vec![&layouts.frame, &layouts.part, &layouts.posed],
+        buffers: vec![ShapeVertex::LAYOUT],
     }
+}
 
-    pub fn placing<'a>(
-        part_layout: &'a wgpu::BindGroupLayout,
-        layouts: &'a Layouts,
-    ) -> Placing<'a> {
-        Placing {
-            source: include_str!("../../shaders/fragment_leaves.wgsl"),
-            vertex: "looked_up",
-            groups: vec![part_layout, &layouts.posed],
-            buffers: vec![SHAPE],
-            posing: false,
-        }
-    }
-
-    pub fn pose(
-        &self,
-        scope: &mut Scope<'_, wgpu::CommandEncoder>,
-        frame_group: &wgpu::BindGroup,
-        falls: &ListedFalls,
-        posed: &PosedLeaves,
-    ) {
-        let mut pass = pose_pass(scope, &posed.targets);
-        pass.set_pipeline(&self.pose);
-        pass.set_bind_group(0, frame_group, &[]);
+pub(super) fn pose(
+    recording: &mut Recording<'_>,
+    (pipeline, frame): (&wgpu::RenderPipeline, &wgpu::BindGroup),
+    leaves: &LeafBuffers,
+    posed: &PosedLeaves,
+) {
+    let targets = posed.targets.each_ref().map(|view| Some(loaded(view)));
+    let timing = recording.timing;
+    timing.render_pass_into(recording.encoder, "pose", (&targets, None), |pass| {
+        let pass = &mut *pass.pass;
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, frame, &[]);
         pass.set_bind_group(1, &posed.source.group, &[]);
-        pass.set_bind_group(2, &falls.tables_group, &[]);
-        for (first, rows) in leaf_rows(&falls.roster.falling) {
-            pass.set_scissor_rect(0, first, GRAIN, rows);
+        pass.set_bind_group(2, &leaves.tables_group, &[]);
+        for (first, count) in rows(&leaves.lists.active) {
+            pass.set_scissor_rect(0, first, BLOCK_SIZE, count);
             pass.draw(0..3, 0..1);
         }
-    }
+    });
+}
 
-    pub fn draw(
-        pass: &mut wgpu::RenderPass<'_>,
-        models: &[GpuModel],
-        falls: &ListedFalls,
-        posed: &PosedLeaves,
-        pipelines: &Pipelines,
-    ) {
-        pass.set_bind_group(2, &posed.draw_group, &[]);
-        for (_, shape, leaves) in falls.draws(&falls.roster.falling) {
-            pipelines.set(pass, models, shape);
-            shape.buffers.set(pass);
-            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
-        }
+pub(super) fn draw(
+    pass: &mut wgpu::RenderPass<'_>,
+    leaves: &LeafBuffers,
+    posed: &PosedLeaves,
+    pipelines: &Pipelines,
+) {
+    pass.set_bind_group(2, &posed.draw_group, &[]);
+    for (_, shape, range) in leaves.draws(&leaves.lists.active) {
+        pipelines.set(pass, shape);
+        shape.buffers().set(pass);
+        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

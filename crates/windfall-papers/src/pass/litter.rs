@@ -1,53 +1,41 @@
-//! Leaves that lie for good, for the strategies without compute: static geometry (VB 5).
+//! Eliminated leaves: static geometry (VB 5).
 
-use super::Shaders;
-use super::draw::DrawTarget;
-use super::listed::{Layouts, PictureAndShadow, Placing, SHAPE};
-use crate::listed::ListedFalls;
-use crate::model::GpuModel;
+use super::{POSE, PassLayouts, Pipelines, VertexInput, with_leaves};
+use crate::buffers::LeafBuffers;
 use crate::shared::LitterLeaf;
+use windfall_gpu::internals::{Module, ShapeVertex};
 
-pub(crate) struct Litter {
-    pipelines: PictureAndShadow,
+/// Draws.
+pub const LITTER: Module = Module {
+    name: "published-litter",
+    source: |settings| with_leaves(*settings, &[&POSE, &[include_str!("litter.wgsl")]]),
+};
+
+pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
+    let leaf = wgpu::VertexBufferLayout {
+        array_stride: size_of::<LitterLeaf>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &const {
+            wgpu::vertex_attr_array![
+                3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32, 7 => Float32x2
+            ]
+        },
+    };
+    VertexInput {
+        module: &LITTER,
+        vertex: "lying",
+        groups: vec![&layouts.frame, &layouts.part, &layouts.tables],
+        buffers: vec![ShapeVertex::LAYOUT, leaf],
+    }
 }
 
-impl Litter {
-    pub fn new(
-        shaders: &Shaders<'_>,
-        part_layout: &wgpu::BindGroupLayout,
-        layouts: &Layouts,
-    ) -> Self {
-        let leaf = wgpu::VertexBufferLayout {
-            array_stride: size_of::<LitterLeaf>() as u64,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![
-                3 => Float32x4, 4 => Snorm16x4, 5 => Unorm8x4, 6 => Uint32, 7 => Float32x2
-            ],
-        };
-        let placing = Placing {
-            source: include_str!("../../shaders/litter.wgsl"),
-            vertex: "lying",
-            groups: vec![part_layout, &layouts.tables],
-            buffers: vec![SHAPE, leaf],
-            posing: true,
-        };
-        Self { pipelines: PictureAndShadow::new(shaders, &placing) }
-    }
-
-    pub fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        models: &[GpuModel],
-        falls: &ListedFalls,
-        into: DrawTarget,
-    ) {
-        let list = &falls.roster.litter;
-        pass.set_bind_group(2, &falls.tables_group, &[]);
+pub(super) fn draw(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
+    let list = &leaves.lists.litter;
+    pass.set_bind_group(2, &leaves.tables_group, &[]);
+    for (_, shape, range) in leaves.draws(list) {
+        pipelines.set(pass, shape);
+        shape.buffers().set(pass);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
-        for (_, shape, leaves) in falls.draws(list) {
-            self.pipelines.of(into).set(pass, models, shape);
-            shape.buffers.set(pass);
-            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
-        }
+        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

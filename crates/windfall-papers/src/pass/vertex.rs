@@ -1,59 +1,52 @@
-//! Strategy `vertex` (VB 6, first): every vertex of a falling leaf finds its place.
+//! Strategy `vertex` (VB 6, first): every vertex of an active leaf poses the leaf.
 
-use super::Shaders;
-use super::listed::{Layouts, PictureAndShadow, Pipelines, Placing, SHAPE};
-use crate::listed::ListedFalls;
-use crate::model::GpuModel;
+use super::{ACTIVE_LEAF, POSE, PassLayouts, Pipelines, VISIBILITY, VertexInput, with_leaves};
+use crate::buffers::LeafBuffers;
 use crate::shared::FallingLeaf;
+use windfall_gpu::internals::{Module, ShapeVertex};
 
-pub(crate) struct VertexFalls {
-    pub(super) pipelines: PictureAndShadow,
+/// Draws.
+pub const DRAW: Module = Module {
+    name: "published-vertex",
+    source: |settings| {
+        with_leaves(*settings, &[&POSE, &[ACTIVE_LEAF, include_str!("vertex.wgsl")]])
+    },
+};
+
+/// Draws with leaf occlusion.
+pub const OCCLUSION: Module = Module {
+    name: "published-vertex-occlusion",
+    source: |settings| {
+        let entries = [include_str!("vertex.wgsl"), include_str!("vertex_occlusion.wgsl")];
+        with_leaves(*settings, &[&POSE, &[ACTIVE_LEAF], &VISIBILITY, &entries])
+    },
+};
+
+pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
+    let leaf = wgpu::VertexBufferLayout {
+        array_stride: size_of::<FallingLeaf>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &const {
+            wgpu::vertex_attr_array![
+                3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Uint32x4, 7 => Uint32x4
+            ]
+        },
+    };
+    VertexInput {
+        module: &DRAW,
+        vertex: "falling",
+        groups: vec![&layouts.frame, &layouts.part, &layouts.tables],
+        buffers: vec![ShapeVertex::LAYOUT, leaf],
+    }
 }
 
-impl VertexFalls {
-    pub fn new(
-        shaders: &Shaders<'_>,
-        part_layout: &wgpu::BindGroupLayout,
-        layouts: &Layouts,
-    ) -> Self {
-        Self { pipelines: PictureAndShadow::new(shaders, &Self::placing(part_layout, layouts)) }
-    }
-
-    pub fn placing<'a>(
-        part_layout: &'a wgpu::BindGroupLayout,
-        layouts: &'a Layouts,
-    ) -> Placing<'a> {
-        let leaf = wgpu::VertexBufferLayout {
-            array_stride: size_of::<FallingLeaf>() as u64,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &const {
-                wgpu::vertex_attr_array![
-                    3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Uint32x4, 7 => Uint32x4
-                ]
-            },
-        };
-        Placing {
-            source: include_str!("../../shaders/vertex_falls.wgsl"),
-            vertex: "falling",
-            groups: vec![part_layout, &layouts.tables],
-            buffers: vec![SHAPE, leaf],
-            posing: true,
-        }
-    }
-
-    pub fn draw(
-        pass: &mut wgpu::RenderPass<'_>,
-        models: &[GpuModel],
-        falls: &ListedFalls,
-        pipelines: &Pipelines,
-    ) {
-        let list = &falls.roster.falling;
-        pass.set_bind_group(2, &falls.tables_group, &[]);
+pub(super) fn draw(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
+    let list = &leaves.lists.active;
+    pass.set_bind_group(2, &leaves.tables_group, &[]);
+    for (_, shape, range) in leaves.draws(list) {
+        pipelines.set(pass, shape);
+        shape.buffers().set(pass);
         pass.set_vertex_buffer(1, list.buffer.slice(..));
-        for (_, shape, leaves) in falls.draws(list) {
-            pipelines.set(pass, models, shape);
-            shape.buffers.set(pass);
-            pass.draw_indexed(0..shape.buffers.index_count, 0, leaves);
-        }
+        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

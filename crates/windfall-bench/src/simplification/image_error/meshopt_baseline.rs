@@ -5,6 +5,7 @@ use glam::{Quat, Vec3};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 use windfall_core::foliage::LeafShape;
 use windfall_core::tree::Tree;
+use windfall_tree::prepare::simple_shapes;
 
 /// The method of meshoptimizer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,13 +69,14 @@ pub fn simplified(
     for (leaf, shape) in out.foliage.leaves.iter_mut().zip(0..) {
         (leaf.shape, leaf.scale, leaf.orientation) = (shape, 1.0, Quat::IDENTITY);
     }
+    out.foliage.simple_shapes = simple_shapes(&out.foliage);
     Ok(out)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use windfall_core::tree::species::Species;
+    use windfall_tree::Species;
 
     #[test]
     fn baselines_have_as_many_triangles_and_lie_where_the_leaves_are() {

@@ -19,8 +19,9 @@ mod plot;
 
 use super::Args;
 use super::workload::visible_trees;
-use crate::harness::{ImageTarget, upload};
+use crate::harness::{ImageTarget, PlantedView};
 use crate::image::LinearImage;
+use crate::scenery::{self, edit_sky};
 use anyhow::bail;
 use candidates::{Candidate, Model, candidates, near_candidates};
 use glam::Vec3;
@@ -30,15 +31,13 @@ use serde::Serialize;
 use std::path::Path;
 use windfall_core::foliage::{Foliage, LeafShape};
 use windfall_core::forest::{Forest, Instance, Terrain};
-use windfall_core::simplify::{
-    Growth, PruneOrder, Reduction, Simplification, Visibility, simple_shapes,
-};
+use windfall_core::simplify::{Growth, PruneOrder, Reduction, Simplification, Visibility};
 use windfall_core::tree::Tree;
-use windfall_core::tree::species::Species;
-use windfall_gpu::{Camera, Falls, GpuForest, Renderer, Show, View};
+use windfall_gpu::{Camera, DebugView, Falls, Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_host::tree::read_or_grow;
 use windfall_scenes::Stage;
+use windfall_tree::{Species, set_prune_order};
 
 /// Levels of detail that are compared.
 pub const LAMBDAS: [f32; 5] = [0.5, 0.25, 0.1, 0.06, 0.03];
@@ -85,33 +84,45 @@ struct Row {
     flicker: f64,
 }
 
-/// A tree with its models on the GPU.
+/// A tree to compare.
 struct Subject {
     stage: Stage,
     middle: Vec3,
     /// Half the side of a square that the tree fits in from any side, metres.
     half_extent: f32,
-    models: Vec<(Model, GpuForest)>,
+}
+
+/// A tree's models on the GPU. The first is for candidates that are not listed.
+struct Models(Vec<(Model, PlantedView)>);
+
+impl Models {
+    fn new(gpu: &Gpu, renderer: &Renderer, subject: &Subject) -> anyhow::Result<Self> {
+        let mut models = Vec::new();
+        for order in PruneOrder::ALL {
+            let mut stage = subject.stage.clone();
+            set_prune_order(&mut stage.trees[0].foliage, order, 1);
+            models.push((Model::Ordered(order), PlantedView::upload(gpu, renderer, &stage)?));
+            if order == PruneOrder::default() {
+                stage.trees[0].foliage.visibility.disocclusion = Visibility::BY_CHANCE;
+                models.push((Model::Equation3, PlantedView::upload(gpu, renderer, &stage)?));
+            }
+        }
+        Ok(Self(models))
+    }
+
+    fn get(&mut self, model: Model) -> &mut PlantedView {
+        let found = self.0.iter().position(|(m, _)| *m == model);
+        &mut self.0[found.unwrap_or(0)].1
+    }
 }
 
 impl Subject {
-    fn new(gpu: &Gpu, renderer: &Renderer, tree: Tree) -> Self {
+    fn new(tree: Tree) -> Self {
         let (low, high) = tree.bounds();
         let size = high - low;
         let middle = (low + high) / 2.0;
         let half_extent = 0.55 * size.y.max(size.x.hypot(size.z));
-        let stage = single_tree(tree);
-        let mut models = Vec::new();
-        for order in PruneOrder::ALL {
-            let mut stage = stage.clone();
-            stage.trees[0].foliage.set_prune_order(order, 1);
-            models.push((Model::Ordered(order), upload(gpu, renderer, &stage, &stage.falls)));
-            if order == PruneOrder::default() {
-                stage.trees[0].foliage.visibility.disocclusion = Visibility::BY_CHANCE;
-                models.push((Model::Equation3, upload(gpu, renderer, &stage, &stage.falls)));
-            }
-        }
-        Self { stage, middle, half_extent, models }
+        Self { stage: single_tree(tree), middle, half_extent }
     }
 
     /// The tree from one of `sides`, at a frame of the camera's motion: a quarter of a pixel to the
@@ -123,13 +134,8 @@ impl Subject {
         let aside =
             Vec3::new(cos, 0.0, -sin) * (0.25 * step * viewpoint.distance / viewpoint.pixels);
         let eye = self.middle + away * viewpoint.distance * (1.0 - 0.002 * step) + aside;
-        let camera = Camera {
-            eye,
-            target: eye - away,
-            fov_y: 2.0 * (0.5 * viewpoint.size.1 as f32 / viewpoint.pixels).atan(),
-            near: 0.1,
-        };
-        View { season: 0.55, ..View::new(camera) }
+        let fov_y = 2.0 * (0.5 * viewpoint.size.1 as f32 / viewpoint.pixels).atan();
+        View::new(Camera::look_at(eye.as_dvec3(), (eye - away).as_dvec3(), fov_y, 0.1))
     }
 }
 
@@ -180,7 +186,8 @@ pub fn measure(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Resul
         if tree.foliage.leaves.is_empty() {
             bail!("{name}: has no leaves");
         }
-        let subject = Subject::new(gpu, renderer, tree);
+        let subject = Subject::new(tree);
+        let mut models = Models::new(gpu, renderer, &subject)?;
         let comparison = Comparison { args, renderer, subject: &subject, name };
         println!(
             "\n(c) {name}, {} leaves: each level at its distance",
@@ -188,14 +195,16 @@ pub fn measure(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Resul
         );
         for &lambda in &args.lambda {
             let viewpoint = Viewpoint::new(&subject, distance_of(lambda), args.screen);
-            let rows = comparison.rows(gpu, &viewpoint, &[(lambda, false)], &candidates())?;
+            let rows =
+                comparison.rows(gpu, &mut models, &viewpoint, &[(lambda, false)], &candidates())?;
             errors.rows.extend(rows);
         }
         println!("\n(c) {name}: levels forced at the distance of {NEAR_LAMBDA}");
         let viewpoint = Viewpoint::new(&subject, distance_of(NEAR_LAMBDA), args.screen);
         let forced = args.lambda.iter().filter(|l| **l < NEAR_LAMBDA);
         let forced: Vec<_> = forced.map(|lambda| (*lambda, true)).collect();
-        errors.rows.extend(comparison.rows(gpu, &viewpoint, &forced, &near_candidates())?);
+        let near = near_candidates();
+        errors.rows.extend(comparison.rows(gpu, &mut models, &viewpoint, &forced, &near)?);
     }
     Ok(errors)
 }
@@ -203,8 +212,8 @@ pub fn measure(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Resul
 /// Triangles of all leaves in their simple shapes.
 fn simple_triangle_count(foliage: &Foliage) -> usize {
     let triangles = |shape: &LeafShape| shape.indices.len() / 3;
-    let simple = simple_shapes(foliage);
-    let of = |shape: usize| triangles(simple[shape].as_ref().unwrap_or(&foliage.shapes[shape]));
+    let simple = |shape: usize| foliage.simple_shapes[shape].as_ref();
+    let of = |shape: usize| triangles(simple(shape).unwrap_or(&foliage.shapes[shape]));
     foliage.leaves.iter().map(|leaf| of(leaf.shape as usize)).sum()
 }
 
@@ -227,21 +236,22 @@ impl Comparison<'_> {
     fn rows(
         &self,
         gpu: &mut Gpu,
+        models: &mut Models,
         viewpoint: &Viewpoint,
         levels: &[(f32, bool)],
         candidates: &[Candidate],
     ) -> anyhow::Result<Vec<Row>> {
         let subject = self.subject;
-        let full = self.forest(Model::Ordered(PruneOrder::default()));
+        let full = Model::Ordered(PruneOrder::default());
         let unsimplified = Candidate {
             detail: Simplification::NONE,
             shadow_detail: Simplification::NONE,
             samples: SUPERSAMPLING,
             ..candidates[0]
         };
-        let targets = [1, SUPERSAMPLING]
-            .map(|samples| ImageTarget::new(gpu, self.renderer, viewpoint.size, samples));
-        let reference = self.measure(gpu, &targets, full, viewpoint, &unsimplified)?;
+        let target = |samples| ImageTarget::new(gpu, self.renderer, viewpoint.size, samples);
+        let targets = [target(1)?, target(SUPERSAMPLING)?];
+        let reference = self.measure(gpu, &targets, models.get(full), viewpoint, &unsimplified)?;
         self.save(viewpoint, "reference", &reference.images[0])?;
         let mut rows = Vec::new();
         println!(
@@ -277,7 +287,7 @@ impl Comparison<'_> {
                     }
                 }
                 let (drawn, triangles) = self.drawn(viewpoint, &candidate);
-                let baseline = match candidate.model {
+                let mut baseline = match candidate.model {
                     Model::Meshopt(baseline) => {
                         // As many triangles as the default simplification draws at this level.
                         let default = Candidate {
@@ -293,15 +303,15 @@ impl Comparison<'_> {
                         let tree = simplified(&subject.stage.trees[0], baseline, target)?;
                         let count = tree.foliage.triangle_count();
                         let stage = single_tree(tree);
-                        Some((upload(gpu, self.renderer, &stage, &stage.falls), count))
+                        Some((PlantedView::upload(gpu, self.renderer, &stage)?, count))
                     }
                     _ => None,
                 };
-                let (forest, triangles) = match &baseline {
-                    Some((forest, count)) => (forest, *count),
-                    None => (self.forest(candidate.model), triangles),
+                let (planted, triangles) = match &mut baseline {
+                    Some((planted, count)) => (planted, *count),
+                    None => (models.get(candidate.model), triangles),
                 };
-                let measured = self.measure(gpu, &targets, forest, viewpoint, &candidate)?;
+                let measured = self.measure(gpu, &targets, planted, viewpoint, &candidate)?;
                 let over = |a: f64, b: f64| a / b.max(1e-12) - 1.0;
                 let (total, of_reference) = (measured.radiance, reference.radiance);
                 let flips = measured.images.iter().zip(&reference.images).map(|(a, b)| a.flip(b));
@@ -342,11 +352,6 @@ impl Comparison<'_> {
         image.save_png(&folder.join(format!("{stem}-{:.0}m-{name}.png", viewpoint.distance)))
     }
 
-    fn forest(&self, model: Model) -> &GpuForest {
-        let found = self.subject.models.iter().find(|(m, _)| *m == model);
-        &found.unwrap_or(&self.subject.models[0]).1
-    }
-
     /// Share of the leaves that is drawn, with those that fade, and their triangles.
     fn drawn(&self, viewpoint: &Viewpoint, candidate: &Candidate) -> (f32, usize) {
         let stage = &self.subject.stage;
@@ -370,7 +375,7 @@ impl Comparison<'_> {
         &self,
         gpu: &mut Gpu,
         targets: &[ImageTarget; 2],
-        forest: &GpuForest,
+        planted: &mut PlantedView,
         viewpoint: &Viewpoint,
         candidate: &Candidate,
     ) -> anyhow::Result<Measured> {
@@ -384,28 +389,29 @@ impl Comparison<'_> {
                 ..self.subject.view(viewpoint, side, sides, frame)
             };
             // Leaves and their coverage need the same filter.
-            view.quality.reconstruction &= filter;
-            if matches!(show, Show::Leaves | Show::Radiance) {
+            view.quality.resolve_filter &= filter;
+            if matches!(show, DebugView::Leaves | DebugView::Radiance) {
                 // Keeps the values in the linear part of the tone curve and below 255.
-                view.sky.exposure -= 2.0;
+                edit_sky(&mut view, |sky| sky.exposure -= 2.0);
             }
-            target.render(gpu, self.renderer, forest, &view)
+            target.render(gpu, self.renderer, planted, (0.0, &view))
         };
         let (mut images, mut radiance, mut picture) = (Vec::new(), Vec::new(), Vec::new());
         for side in 0..sides {
-            images.push(render(side, 0, Show::Picture, true)?);
-            for (of, show, filter) in
-                [(&mut radiance, Show::Radiance, false), (&mut picture, Show::Leaves, true)]
-            {
+            images.push(render(side, 0, DebugView::Final, true)?);
+            for (of, show, filter) in [
+                (&mut radiance, DebugView::Radiance, false),
+                (&mut picture, DebugView::Leaves, true),
+            ] {
                 let leaves = render(side, 0, show, filter)?;
-                let coverage = render(side, 0, Show::Coverage, filter)?;
+                let coverage = render(side, 0, DebugView::Coverage, filter)?;
                 of.push(LeafStatistics::of(&leaves, &coverage));
             }
         }
         let mut flicker = 0.0;
-        let mut last = render(0, 0, Show::Picture, true)?;
+        let mut last = render(0, 0, DebugView::Final, true)?;
         for frame in 1..MOTION_FRAMES {
-            let next = render(0, frame, Show::Picture, true)?;
+            let next = render(0, frame, DebugView::Final, true)?;
             flicker += next.difference(&last) / f64::from(MOTION_FRAMES - 1);
             last = next;
         }
@@ -447,5 +453,5 @@ fn single_tree(tree: Tree) -> Stage {
         seed: 1,
     };
     let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
-    Stage { trees: vec![tree], forest, falls: Falls::none() }
+    scenery::stage(vec![tree], forest, Falls::none())
 }
