@@ -55,7 +55,6 @@ enum Command {
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
     /// Measure what falling leaves cost on this machine's GPU
-    #[cfg(any())]
     Bench(Box<windfall_bench::Args>),
     /// List the built-in scenes
     Scenes {
@@ -84,7 +83,6 @@ fn main() -> ExitCode {
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
-        #[cfg(any())]
         Command::Bench(args) => windfall_bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
         Command::Completions { shell } => completions(shell),

@@ -27,6 +27,8 @@ pub mod presets;
 pub mod verify;
 
 pub use analysis::{analyse, fall_path};
-pub use import::{ImportOptions, Imported, Up, import};
+pub use import::{
+    ImportOptions, Imported, Note, NoteCode, Resolve, TimeUnit, Up, import, import_with,
+};
 pub use leaf::{Flight, LeafBody, simulated_path};
 pub use path_set::{read_paths, to_ron};

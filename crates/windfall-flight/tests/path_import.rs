@@ -27,7 +27,7 @@ fn assert_is_the_fall(path: &FallPath, tolerance: f32) {
 #[test]
 fn the_blender_export_is_read() {
     let bytes = include_bytes!("data/blender_fall_3.glb");
-    let Imported { path, repairs } = read("blender_fall_3.glb", bytes).unwrap();
+    let Imported { path, repairs, .. } = read("blender_fall_3.glb", bytes).unwrap();
     assert_eq!(path.name(), "blender_fall_3");
     assert_eq!(path.positions().len(), 150);
     assert!((path.rate() - 30.0).abs() < 0.01 && repairs.is_empty(), "{repairs:?}");
@@ -96,7 +96,7 @@ fn euler_angles_turn_about_x_first() {
     for i in 0..20 {
         writeln!(text, "{};0;{};0;30;40;50;{i}", i as f32 * 0.1, -0.07 * i as f32).unwrap();
     }
-    let Imported { path, repairs } = read("fall.csv", text.as_bytes()).unwrap();
+    let Imported { path, repairs, .. } = read("fall.csv", text.as_bytes()).unwrap();
     let [x, y, z] = [30.0f32, 40.0, 50.0].map(f32::to_radians);
     let expected = Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x);
     assert!(analysis::angle(path.orientations()[3], expected) < 1e-3);
@@ -116,7 +116,7 @@ fn cubic_splines_and_steps_are_resampled() {
         Channel("translation", "CUBICSPLINE", keys.clone(), spline.collect()),
         Channel("rotation", "STEP", keys.clone(), turns.collect()),
     ]]);
-    let Imported { path, repairs } = read("spline.glb", &bytes).unwrap();
+    let Imported { path, repairs, .. } = read("spline.glb", &bytes).unwrap();
     assert_eq!(repairs, ["keys are unevenly spaced: resampled to 60 Hz"]);
     for (i, p) in path.positions().iter().enumerate() {
         let t = i as f32 / 60.0;
@@ -239,10 +239,10 @@ fn bad_tables_are_refused_with_their_line() {
     };
     refused(&csv(7), "f.csv: 7 keys; a fall path needs at least 8");
     refused("", "f.csv: no header line");
-    refused("time,x,y\n0,0,0\n", "f.csv: header: no column \"z\"");
+    refused("time,x,y\n0,0,0\n", "f.csv: header: no column \"z\"; columns are: time, x, y");
     refused(
         "time,x,y,z\n0,0,0,0\n.1,0,0,0\n.2,0,0,0\n.3,0,0,0\n.4,0,0,0\n.5,0,0,0\n.6,0,0,0\n.7,0,0,0",
-        "f.csv: header: no orientation: columns qx, qy, qz, qw or rx, ry, rz (degrees)",
+        "f.csv: header: no orientation: columns qx, qy, qz, qw or rx, ry, rz (degrees); columns are: time, x, y, z",
     );
     let edited = |line: usize, new: &str| {
         let text = csv(20);

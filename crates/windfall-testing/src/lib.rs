@@ -10,25 +10,29 @@ use std::sync::OnceLock;
 
 pub use snapshot::{Mismatch, Snapshots, Tolerance};
 
-/// The first adapter of the machine.
+/// The first adapter of the machine: one for all tests of a process.
 ///
 /// # Panics
 ///
 /// If there is none.
 pub fn adapter() -> wgpu::Adapter {
-    let backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends,
-        ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
-    });
-    pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
-        power_preference: wgpu::PowerPreference::HighPerformance,
-        ..Default::default()
-    }))
-    .expect(
-        "the tests need a graphics adapter; a software one will do: apt-get install \
-         mesa-vulkan-drivers",
-    )
+    static ADAPTER: OnceLock<wgpu::Adapter> = OnceLock::new();
+    let open = || {
+        let backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY);
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+        });
+        pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..Default::default()
+        }))
+        .expect(
+            "the tests need a graphics adapter; a software one will do: apt-get install \
+             mesa-vulkan-drivers",
+        )
+    };
+    ADAPTER.get_or_init(open).clone()
 }
 
 /// The first device of the machine, with everything its adapter allows: one for all tests of a process.

@@ -156,6 +156,7 @@ impl ImportArgs {
             scale: self.scale,
             rate: self.rate,
             name: self.name.clone(),
+            ..ImportOptions::default()
         }
     }
 }

@@ -1,11 +1,18 @@
 //! The animation of a glTF node as a fall path.
 
-use super::{ImportOptions, Motion, check_times, even_rate, locate, sample_times, unit};
+mod take;
+
+use super::{
+    ImportOptions, Motion, NoteCode, Notes, Resolve, check_times, even_rate, locate, sample_times,
+    too_few, unit,
+};
 use glam::{Affine3A, Mat4, Quat, Vec3, Vec4};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::animation::util::ReadOutputs;
 use gltf::animation::{Interpolation, Property};
 use gltf::{Accessor, Document, Gltf, Node};
+use take::{Take, label};
+use windfall_core::path::MIN_SAMPLES;
 use windfall_core::{InputError, InputErrorKind};
 
 /// Keys of one channel. A cubic spline has three values for a key: tangent in, value, tangent out.
@@ -19,7 +26,8 @@ pub(super) fn read(
     file: &str,
     bytes: &[u8],
     options: &ImportOptions,
-    repairs: &mut Vec<String>,
+    resolve: Option<&mut Resolve<'_>>,
+    notes: &mut Notes<'_>,
 ) -> Result<Motion, InputError> {
     // The `gltf` crate subtracts the header from this without a check.
     if let Some((b"glTF", rest)) = bytes.split_first_chunk()
@@ -34,76 +42,203 @@ pub(super) fn read(
         InputError::new(file, "", InputErrorKind::Malformed, format!("not a valid glTF file: {e}"))
     })?;
     check_channels(file, &document)?;
-    let source = Source { file, buffers: buffers(file, &document, blob)? };
-
-    let node = choose_node(file, &document, options)?;
-    let label = node.name().map_or(format!("node {}", node.index()), |n| format!("node \"{n}\""));
-    let (index, animated) = (node.index(), &document);
-    let of_node = |property: Property| {
-        animated.animations().flat_map(|a| a.channels()).filter(move |c| {
-            c.target().node().index() == index && c.target().property() == property
+    let take = Take::choose(file, &document, options, notes)?;
+    let source = Source { file, buffers: buffers(file, &document, blob, resolve)? };
+    let place = label(&take.node);
+    if take.channel(take.node.index(), Property::Scale).is_some() {
+        let message = "has a scale channel: left out, leaves keep their size";
+        notes.add(NoteCode::ScaleLeftOut, &place, message);
+    }
+    let leaf = source.joint(&take, &take.node)?;
+    let parents = take
+        .moving_parents()
+        .map(|parent| {
+            let scale = take.channel(parent.index(), Property::Scale);
+            let scale = scale.map(|c| source.vectors(&c, &label(parent))).transpose()?;
+            Ok((parent.index(), source.joint(&take, parent)?, scale))
         })
-    };
-    let missing = |what: &str| {
-        InputError::new(file, &label, InputErrorKind::Missing, format!("no {what} channel"))
-    };
-    if of_node(Property::Translation).count() > 1 {
-        repairs.push(format!("{label} is in several animations: the first is taken"));
-    }
-    if of_node(Property::Scale).next().is_some() {
-        repairs.push(format!("{label} has a scale channel: left out, leaves keep their size"));
-    }
-    let channel = of_node(Property::Translation).next().ok_or_else(|| missing("translation"))?;
-    let translation = source.curve(&channel, &label, |outputs| match outputs {
-        ReadOutputs::Translations(v) => Some(v.map(Vec3::from).collect()),
-        _ => None,
-    })?;
-    let mut rotation = None;
-    if let Some(channel) = of_node(Property::Rotation).next() {
-        let mut curve = source.curve(&channel, &label, |outputs| match outputs {
-            ReadOutputs::Rotations(v) => Some(v.into_f32().map(Vec4::from).collect::<Vec<_>>()),
-            _ => None,
-        })?;
-        prepare_rotation(file, &label, &mut curve)?;
-        rotation = Some(curve);
-    } else {
-        repairs.push(format!("{label} has no rotation channel: it keeps its own rotation"));
-    }
+        .collect::<Result<Vec<_>, InputError>>()?;
 
-    let ancestors = ancestors(file, &document, &node)?;
-    let frame = Affine3A::from_mat4(ancestors);
-    let turn = ancestors.to_scale_rotation_translation().1;
-    let own = Quat::from_array(node.transform().decomposed().1);
-
-    // Where the two channels have different keys, the common span is sampled.
-    let mut times = translation.times.clone();
-    if let Some(r) = &rotation
-        && r.times != times
-    {
-        let first = times[0].max(r.times[0]);
-        let last = times[times.len() - 1].min(r.times[r.times.len() - 1]);
-        if last <= first {
-            let cause = "translation and rotation have no time in common";
-            return Err(InputError::new(file, label, InputErrorKind::Empty, cause));
+    let joints = || std::iter::once(&leaf).chain(parents.iter().map(|(_, joint, _)| joint));
+    let Some(span) = span(joints().filter_map(|j| j.translation.as_ref())) else {
+        return Err(take.no_translation(file));
+    };
+    if joints().all(|j| j.rotation.is_none()) {
+        let message = "has no rotation channel: it keeps its own rotation";
+        notes.add(NoteCode::NoRotation, &place, message);
+    }
+    if !parents.is_empty() {
+        let names: Vec<String> = take.moving_parents().map(label).collect();
+        let message = format!(
+            "the motion of its animated parents is combined with its own: {}",
+            names.join(", ")
+        );
+        notes.add(NoteCode::ParentMotion, &place, message);
+    }
+    for joint in joints() {
+        if let Some(rotation) = &joint.rotation {
+            note_rotation(&joint.label, rotation, span, notes)?;
         }
-        times.retain(|&t| t > first && t < last);
-        times.insert(0, first);
-        times.push(last);
     }
-    let (rate, at) = sample_times(file, &times, options.rate)?;
-    if options.rate.is_none() && even_rate(&times).is_none() {
-        repairs.push(format!("keys are unevenly spaced: resampled to {rate} Hz"));
+
+    // The channel with the most keys is sampled where it has them, evenly spaced ones first.
+    let curves: Vec<Vec<f64>> = joints()
+        .flat_map(|j| {
+            [j.translation.as_ref().map(|c| &c.times), j.rotation.as_ref().map(|c| &c.times)]
+        })
+        .flatten()
+        .map(|times| within(times, span))
+        .collect();
+    let times = curves
+        .iter()
+        .filter(|times| times.len() >= MIN_SAMPLES)
+        .rev()
+        .max_by_key(|times| (even_rate(times).is_some(), times.len()));
+    let most = curves.iter().map(Vec::len).max().unwrap_or(0);
+    let Some(times) = times.filter(|_| span.0 < span.1) else {
+        let moved = joints().find(|j| j.translation.is_some()).unwrap_or(&leaf);
+        let keys = if span.0 < span.1 { most } else { 1 };
+        return Err(too_few(file, &format!("{}, translation", moved.label), keys));
+    };
+    let (rate, at) = sample_times(file, times, options.rate)?;
+    if options.rate.is_none() && even_rate(times).is_none() {
+        let message = format!("keys are unevenly spaced: resampled to {rate} Hz");
+        notes.add(NoteCode::Resampled, "", message);
     }
+    let frames = Frames::new(&take, &parents);
     let mut motion = Motion { rate: rate as f32, positions: Vec::new(), orientations: Vec::new() };
     for t in at {
-        motion.positions.push(frame.transform_point3(translation.at(t, Vec3::lerp)));
-        let local = rotation.as_ref().map_or(own, |r| {
-            let q = r.at(t, |a, b, x| Vec4::from(Quat::from_vec4(a).slerp(Quat::from_vec4(b), x)));
-            Quat::from_vec4(q.try_normalize().unwrap_or(Vec4::W))
-        });
-        motion.orientations.push((turn * local).normalize());
+        let frame = frames.at(t).ok_or_else(|| {
+            let cause = "the transform of a parent is not finite or flattens everything";
+            InputError::new(file, "nodes", InputErrorKind::OutOfRange, cause)
+        })?;
+        motion.positions.push(frame.affine.transform_point3(leaf.translation_at(t)));
+        motion.orientations.push((frame.turn * leaf.rotation_at(t)).normalize());
     }
     Ok(motion)
+}
+
+/// First and last time of curves; none if there are none.
+fn span<'a>(curves: impl Iterator<Item = &'a Curve<Vec3>>) -> Option<(f64, f64)> {
+    curves
+        .map(|c| (c.times[0], c.times[c.times.len() - 1]))
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The times within a span, with its ends.
+fn within(times: &[f64], (first, last): (f64, f64)) -> Vec<f64> {
+    let inner = times.iter().copied().filter(|&t| t > first && t < last);
+    std::iter::once(first).chain(inner).chain([last]).collect()
+}
+
+/// Notes fast turns, and rotations that cover a part of the span only; refuses those that cover none.
+fn note_rotation(
+    label: &str,
+    curve: &Curve<Vec4>,
+    span: (f64, f64),
+    notes: &mut Notes<'_>,
+) -> Result<(), InputError> {
+    let (first, last) = (curve.times[0], curve.times[curve.times.len() - 1]);
+    if curve.times.len() > 1 && (first >= span.1 || last <= span.0) {
+        let cause = "translation and rotation have no time in common";
+        return Err(InputError::new(notes.file, label, InputErrorKind::Empty, cause));
+    }
+    let tolerance = 1e-3 * (span.1 - span.0);
+    if curve.times.len() > 1 && (first > span.0 + tolerance || last < span.1 - tolerance) {
+        let message = format!(
+            "has rotation keys from {first:.3} s to {last:.3} s only: the first and last are held from {:.3} s to \
+             {:.3} s",
+            span.0, span.1
+        );
+        notes.add(NoteCode::RotationHeld, label, message);
+    }
+    // A step is meant to jump.
+    if curve.interpolation != Interpolation::Step {
+        notes.fast_turns(
+            label,
+            curve.times.iter().zip(curve.keys()).map(|(&t, &q)| (t, Quat::from_vec4(q))),
+        );
+    }
+    Ok(())
+}
+
+/// Motion of one node within its parent.
+struct Joint {
+    label: String,
+    /// What the node has where no channel says otherwise.
+    rest: (Vec3, Quat, Vec3),
+    translation: Option<Curve<Vec3>>,
+    rotation: Option<Curve<Vec4>>,
+}
+
+impl Joint {
+    fn translation_at(&self, t: f64) -> Vec3 {
+        self.translation.as_ref().map_or(self.rest.0, |c| c.at(t, Vec3::lerp))
+    }
+
+    fn rotation_at(&self, t: f64) -> Quat {
+        self.rotation.as_ref().map_or(self.rest.1, |r| {
+            let q = r.at(t, |a, b, x| Vec4::from(Quat::from_vec4(a).slerp(Quat::from_vec4(b), x)));
+            Quat::from_vec4(q.try_normalize().unwrap_or(Vec4::W))
+        })
+    }
+}
+
+/// A moving parent: its node, its motion and its scale.
+type Parent = (usize, Joint, Option<Curve<Vec3>>);
+
+/// Where the parents put the leaf at a time.
+#[derive(Clone, Copy)]
+struct Frame {
+    affine: Affine3A,
+    turn: Quat,
+}
+
+/// The transforms above the leaf, from the root down.
+struct Frames<'a> {
+    /// Transforms that do not move, each before the moving parent at its side.
+    moving: Vec<(Mat4, &'a Parent)>,
+    /// Those below the last moving parent.
+    below: Mat4,
+}
+
+impl<'a> Frames<'a> {
+    fn new(take: &Take, parents: &'a [Parent]) -> Self {
+        let (mut moving, mut below) = (Vec::new(), Mat4::IDENTITY);
+        for node in take.parents.iter().rev() {
+            if let Some(parent) = parents.iter().find(|p| p.0 == node.index()) {
+                moving.push((below, parent));
+                below = Mat4::IDENTITY;
+            } else {
+                below *= Mat4::from_cols_array_2d(&node.transform().matrix());
+            }
+        }
+        Self { moving, below }
+    }
+
+    /// The frame at a time; none if it is not finite or flattens everything.
+    fn at(&self, t: f64) -> Option<Frame> {
+        let mut world = Mat4::IDENTITY;
+        for (above, (_, joint, scale)) in &self.moving {
+            let scale = scale.as_ref().map_or(joint.rest.2, |c| c.at(t, Vec3::lerp));
+            let (rotation, translation) = (joint.rotation_at(t), joint.translation_at(t));
+            world = world
+                * *above
+                * Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        }
+        Frame::new(world * self.below)
+    }
+}
+
+impl Frame {
+    fn new(world_from_parent: Mat4) -> Option<Self> {
+        (world_from_parent.is_finite() && world_from_parent.determinant().abs() > 1e-12).then(
+            || Self {
+                affine: Affine3A::from_mat4(world_from_parent),
+                turn: world_from_parent.to_scale_rotation_translation().1,
+            },
+        )
+    }
 }
 
 /// Refuses channels of unknown nodes or properties: the `gltf` crate takes them without a check, and panics.
@@ -125,76 +260,6 @@ fn check_channels(file: &str, document: &Document) -> Result<(), InputError> {
         }
     }
     Ok(())
-}
-
-/// The node that is named, or the only one that is animated.
-fn choose_node<'a>(
-    file: &str,
-    document: &'a Document,
-    options: &ImportOptions,
-) -> Result<Node<'a>, InputError> {
-    let mut animated: Vec<Node> = Vec::new();
-    for channel in document.animations().flat_map(|a| a.channels()) {
-        let moves =
-            matches!(channel.target().property(), Property::Translation | Property::Rotation);
-        let node = channel.target().node();
-        if moves && animated.iter().all(|n| n.index() != node.index()) {
-            animated.push(node);
-        }
-    }
-    let names =
-        || animated.iter().map(|n| n.name().unwrap_or("(unnamed)")).collect::<Vec<_>>().join(", ");
-    let refuse = |kind, cause: String| Err(InputError::new(file, "animations", kind, cause));
-    match &options.node {
-        _ if animated.is_empty() => {
-            refuse(InputErrorKind::Empty, "no node is animated: there is no path in it".into())
-        }
-        Some(name) => match animated.iter().position(|n| n.name() == Some(name)) {
-            Some(i) => Ok(animated.swap_remove(i)),
-            None => refuse(
-                InputErrorKind::Missing,
-                format!("no animated node is called \"{name}\"; animated are: {}", names()),
-            ),
-        },
-        None if animated.len() > 1 => refuse(
-            InputErrorKind::Unsupported,
-            format!("{} nodes are animated; name one with --node: {}", animated.len(), names()),
-        ),
-        None => Ok(animated.swap_remove(0)),
-    }
-}
-
-/// The unmoving transform above a node.
-fn ancestors(file: &str, document: &Document, node: &Node) -> Result<Mat4, InputError> {
-    let mut frame = Mat4::IDENTITY;
-    let mut child = node.index();
-    // A tree has no more levels than nodes; a file may claim otherwise.
-    for _ in 0..document.nodes().len() {
-        let Some(parent) = document.nodes().find(|n| n.children().any(|c| c.index() == child))
-        else {
-            break;
-        };
-        let moves = document
-            .animations()
-            .flat_map(|a| a.channels())
-            .any(|c| c.target().node().index() == parent.index());
-        if moves {
-            let cause = format!(
-                "its parent \"{}\" is animated too; bake the motion into one node",
-                parent.name().unwrap_or("(unnamed)")
-            );
-            let place = format!("node \"{}\"", node.name().unwrap_or("(unnamed)"));
-            return Err(InputError::new(file, place, InputErrorKind::Unsupported, cause));
-        }
-        frame = Mat4::from_cols_array_2d(&parent.transform().matrix()) * frame;
-        child = parent.index();
-    }
-    if frame.is_finite() && frame.determinant().abs() > 1e-12 {
-        Ok(frame)
-    } else {
-        let cause = "the transform of a parent is not finite or flattens everything";
-        Err(InputError::new(file, "nodes", InputErrorKind::OutOfRange, cause))
-    }
 }
 
 /// Unit quaternions, each in the hemisphere of the one before; a cubic's tangents go along.
@@ -220,10 +285,20 @@ impl<T> Curve<T>
 where
     T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
 {
+    /// The values at the keys, without tangents.
+    fn keys(&self) -> impl Iterator<Item = &T> {
+        let cubic = self.interpolation == Interpolation::CubicSpline;
+        let (first, stride) = if cubic { (1, 3) } else { (0, 1) };
+        self.values.iter().skip(first).step_by(stride)
+    }
+
     /// Value at a time; constant before the first key and after the last (glTF 2.0, appendix C).
     fn at(&self, t: f64, linear: impl Fn(T, T, f32) -> T) -> T {
-        let (i, x) = locate(&self.times, t);
         let v = &self.values;
+        if self.times.len() == 1 {
+            return v[v.len() / 2];
+        }
+        let (i, x) = locate(&self.times, t);
         match self.interpolation {
             Interpolation::Linear => linear(v[i], v[i + 1], x),
             Interpolation::Step => v[if x >= 1.0 { i + 1 } else { i }],
@@ -245,6 +320,45 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// The channels of a node in a take.
+    fn joint(&self, take: &Take, node: &Node) -> Result<Joint, InputError> {
+        let label = label(node);
+        let translation = take
+            .channel(node.index(), Property::Translation)
+            .map(|channel| self.vectors(&channel, &label))
+            .transpose()?;
+        let rotation = take
+            .channel(node.index(), Property::Rotation)
+            .map(|channel| {
+                let mut curve = self.curve(&channel, &label, |outputs| match outputs {
+                    ReadOutputs::Rotations(v) => {
+                        Some(v.into_f32().map(Vec4::from).collect::<Vec<_>>())
+                    }
+                    _ => None,
+                })?;
+                prepare_rotation(self.file, &label, &mut curve)?;
+                Ok(curve)
+            })
+            .transpose()?;
+        let (t, r, s) = node.transform().decomposed();
+        let rest = (Vec3::from(t), Quat::from_array(r), Vec3::from(s));
+        Ok(Joint { label, rest, translation, rotation })
+    }
+
+    /// A channel of translations or scales.
+    fn vectors(
+        &self,
+        channel: &gltf::animation::Channel,
+        label: &str,
+    ) -> Result<Curve<Vec3>, InputError> {
+        self.curve(channel, label, |outputs| match outputs {
+            ReadOutputs::Translations(v) | ReadOutputs::Scales(v) => {
+                Some(v.map(Vec3::from).collect())
+            }
+            _ => None,
+        })
+    }
+
     fn curve<T: Finite>(
         &self,
         channel: &gltf::animation::Channel,
@@ -254,6 +368,7 @@ impl Source<'_> {
         let sampler = channel.sampler();
         let property = match channel.target().property() {
             Property::Rotation => "rotation",
+            Property::Scale => "scale",
             _ => "translation",
         };
         let place = |i: usize| format!("{label}, {property} key {i}");
@@ -266,12 +381,7 @@ impl Source<'_> {
             InputError::new(self.file, label, InputErrorKind::Malformed, cause)
         };
         let times: Vec<f64> = reader.read_inputs().ok_or_else(unreadable)?.map(f64::from).collect();
-        check_times(self.file, &times, place).map_err(|mut e| {
-            if e.place.is_empty() {
-                e.place = format!("{label}, {property}");
-            }
-            e
-        })?;
+        check_times(self.file, &times, place)?;
         let values = reader.read_outputs().and_then(values).ok_or_else(unreadable)?;
         let interpolation = sampler.interpolation();
         let each = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
@@ -344,44 +454,75 @@ impl Finite for Vec4 {
     }
 }
 
-/// The bytes of all buffers: the file's own, or those written into it as `data:` URIs.
+/// The bytes of all buffers: the file's own, those written into it as `data:` URIs, or those of files beside.
 fn buffers(
     file: &str,
     document: &Document,
     blob: Option<Vec<u8>>,
+    mut resolve: Option<&mut Resolve<'_>>,
 ) -> Result<Vec<Vec<u8>>, InputError> {
     let mut blob = blob;
     document
         .buffers()
         .map(|buffer| {
             let place = format!("buffer {}", buffer.index());
-            let refuse = |kind, cause: String| Err(InputError::new(file, &place, kind, cause));
+            let refuse = |kind, cause: String| InputError::new(file, &place, kind, cause);
             let data = match buffer.source() {
                 gltf::buffer::Source::Bin => blob.take().unwrap_or_default(),
                 gltf::buffer::Source::Uri(uri) => {
-                    let Some((_, data)) =
+                    if let Some((_, data)) =
                         uri.strip_prefix("data:").and_then(|u| u.split_once(";base64,"))
-                    else {
-                        return refuse(
-                            InputErrorKind::Missing,
-                            format!(
-                                "\"{uri}\" is another file; export as .glb, with buffers inside"
-                            ),
-                        );
-                    };
-                    match base64(data) {
-                        Some(data) => data,
-                        None => return refuse(InputErrorKind::Malformed, "not base64".into()),
+                    {
+                        base64(data)
+                            .ok_or_else(|| refuse(InputErrorKind::Malformed, "not base64".into()))?
+                    } else {
+                        beside(uri, resolve.as_deref_mut())
+                            .map_err(|(kind, cause)| refuse(kind, cause))?
                     }
                 }
             };
             if data.len() < buffer.length() {
                 let cause = format!("{} bytes of {}", data.len(), buffer.length());
-                return refuse(InputErrorKind::Malformed, cause);
+                return Err(refuse(InputErrorKind::Malformed, cause));
             }
             Ok(data)
         })
         .collect()
+}
+
+/// The bytes of a file beside this one.
+fn beside(
+    uri: &str,
+    resolve: Option<&mut Resolve<'_>>,
+) -> Result<Vec<u8>, (InputErrorKind, String)> {
+    let Some(resolve) = resolve else {
+        let cause = format!("\"{uri}\" is another file; export as .glb, with buffers inside");
+        return Err((InputErrorKind::Missing, cause));
+    };
+    if uri.split(['/', '?', '#']).next().is_some_and(|head| head.contains(':')) {
+        let cause = format!("\"{uri}\" is not a relative path; nothing is fetched elsewhere");
+        return Err((InputErrorKind::Unsupported, cause));
+    }
+    let Some(path) = percent_decoded(uri) else {
+        let cause = format!("\"{uri}\" is not a URI: its percent signs are no UTF-8");
+        return Err((InputErrorKind::Malformed, cause));
+    };
+    resolve(&path).map_err(|cause| (InputErrorKind::Missing, format!("\"{path}\": {cause}")))
+}
+
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        if byte == b'%' {
+            let (high, low) = (rest.next()?, rest.next()?);
+            let digit = |b: u8| (b as char).to_digit(16);
+            bytes.push((digit(high)? * 16 + digit(low)?) as u8);
+        } else {
+            bytes.push(byte);
+        }
+    }
+    String::from_utf8(bytes).ok()
 }
 
 /// Decodes base64 (RFC 4648, section 4).

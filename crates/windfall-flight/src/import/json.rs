@@ -1,7 +1,7 @@
 //! Tables as JSON: a list of objects, one for each key, whose fields are named like the columns of a
 //! CSV table; or an object that has such a list as `samples`.
 
-use super::Table;
+use super::table::Table;
 use serde_json::Value;
 use windfall_core::{InputError, InputErrorKind};
 
@@ -21,11 +21,8 @@ pub(super) fn read(file: &str, value: &Value) -> Result<Table, InputError> {
         let object =
             sample.as_object().ok_or_else(|| refuse(place.clone(), "expected an object".into()))?;
         if i == 0 {
-            columns = object
-                .iter()
-                .filter(|(_, v)| v.is_number())
-                .map(|(k, _)| k.to_ascii_lowercase())
-                .collect();
+            columns =
+                object.iter().filter(|(_, v)| v.is_number()).map(|(k, _)| k.clone()).collect();
         }
         let field = |name: &String| {
             let found = object.iter().find(|(k, _)| k.eq_ignore_ascii_case(name));

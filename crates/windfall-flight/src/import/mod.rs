@@ -2,15 +2,39 @@
 //!
 //! Recorded, simulated elsewhere or drawn by hand: whatever gives positions and orientations over
 //! time becomes a [`FallPath`] (VB 3.2). Times are seconds and must ascend. Keys at equal distances
-//! (within 1%) are taken as they are; others are resampled. What is repaired is said in
-//! [`Imported::repairs`]; what cannot be is an [`InputError`] that names file, place and cause.
+//! (within 1%) are taken as they are; others are resampled. What is repaired, left out or looks wrong is said in
+//! [`Imported::notes`]; what cannot be read is an [`InputError`] that names file, place and cause.
+//!
+//! # Tables (CSV and JSON)
+//!
+//! | columns | what |
+//! |---|---|
+//! | `time` or `t` | seconds (or [`ImportOptions::time_unit`]), ascending; or |
+//! | `frame` or `frames` | frame number, ascending; needs [`ImportOptions::fps`] |
+//! | `x`, `y`, `z` | position; also `tx`, `px`, `P[x]`, `P[0]`, `pos_x`, `position_x`, `loc_x`, `location_x`, `translateX` and the like |
+//! | `qx`, `qy`, `qz`, `qw` | orientation as a unit quaternion; also `quat_x`, `orient_x`, `orientation_x`, `rotation_quaternion_x` and Houdini's `orient[0]` to `orient[3]` (x, y, z, w); or |
+//! | `rx`, `ry`, `rz` | Euler angles in degrees: about X first, then Y, then Z, all fixed axes; also `rotateX` and the like |
+//!
+//! Case, brackets, dots, spaces and underscores in names do not matter. All columns of a kind must be named the same
+//! way; the first way in this table counts, and every other column is left out with a note.
+//!
+//! # Animations (glTF)
+//!
+//! One animation ("take") is read; channels of two are never mixed. The motion of animated parents is combined with
+//! the node's own. The path lasts from the first translation key to the last. It has the keys of the channel with the
+//! most, evenly spaced ones first; all others are interpolated there, and held before their first and after their last
+//! key (glTF 2.0, appendix C).
 
 mod csv;
 mod gltf;
 mod json;
+mod note;
+mod table;
 
 use crate::fall_path;
-use glam::{EulerRot, Quat, Vec3};
+use glam::{Quat, Vec3};
+pub use note::{Note, NoteCode};
+use windfall_core::path::analysis::angle;
 use windfall_core::path::{FallPath, MAX_SAMPLES, MIN_SAMPLES, UNIT_TOLERANCE};
 use windfall_core::{InputError, InputErrorKind};
 
@@ -25,15 +49,43 @@ pub enum Up {
     Z,
 }
 
-/// How to read a file.
+/// What one unit of the times in a table is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Seconds.
+    #[default]
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+}
+
+impl TimeUnit {
+    /// Seconds for each unit.
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e-3,
+        }
+    }
+}
+
+/// How to read a file. Complete it with `..Default::default()`: more options may come.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportOptions {
-    /// glTF: name of the animated node. Needed if several are.
+    /// glTF: name of the animated node, or of one below an animated node. Needed if several are animated, unless
+    /// each is the parent of the next: then the lowest is the leaf.
     pub node: Option<String>,
+    /// glTF: name of the animation ("take") to read, or the number from 0 of one without a name. Default: the first
+    /// that moves the node; a note names the others.
+    pub animation: Option<String>,
     /// The axis that points up.
     pub up: Up,
     /// Metres for each unit of the file; above 0. 0.01 for centimetres.
     pub scale: f32,
+    /// Tables: what times are in; seconds by default. glTF has seconds.
+    pub time_unit: TimeUnit,
+    /// Tables without a time column: frames per second of their frame numbers, above 0. No effect elsewhere.
+    pub fps: Option<f32>,
     /// Samples per second to resample to; default: the keys' own rate if they are evenly spaced,
     /// otherwise 60 Hz.
     pub rate: Option<f32>,
@@ -43,7 +95,16 @@ pub struct ImportOptions {
 
 impl Default for ImportOptions {
     fn default() -> Self {
-        Self { node: None, up: Up::Y, scale: 1.0, rate: None, name: None }
+        Self {
+            node: None,
+            animation: None,
+            up: Up::Y,
+            scale: 1.0,
+            time_unit: TimeUnit::Seconds,
+            fps: None,
+            rate: None,
+            name: None,
+        }
     }
 }
 
@@ -52,19 +113,49 @@ impl Default for ImportOptions {
 pub struct Imported {
     /// The path, analysed.
     pub path: FallPath,
-    /// What was repaired or left out, for people.
+    /// What was repaired, left out or looks wrong, in the order it was found.
+    pub notes: Vec<Note>,
+    /// Those of the notes that tell of repairs and of what was left out, as text without the file's name.
     pub repairs: Vec<String>,
 }
 
-/// Imports a fall path. The form is told from the bytes, not from the name: glTF (binary, or JSON
-/// with `"asset"`), JSON, otherwise CSV.
+/// Fetches a buffer that a `.gltf` names outside itself: a relative path (percent signs decoded) to bytes, or
+/// why there are none. Whether a path may leave the file's folder is for the caller to say.
+pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
+
+/// Imports a fall path whose file holds all of it: [`import_with`], but files beside are refused.
 ///
 /// # Errors
 ///
-/// Bytes that are of no known form, a missing column or channel, several animated nodes without a
-/// name, fewer than [`MIN_SAMPLES`] keys, times that do not ascend, a NaN, a quaternion more than 5%
-/// from unit length, and whatever [`fall_path`] refuses.
+/// Those of [`import_with`].
 pub fn import(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Imported, InputError> {
+    read(file, bytes, options, None)
+}
+
+/// Imports a fall path. The form is told from the bytes, not from the name: glTF (binary, or JSON
+/// with `"asset"`), JSON, otherwise CSV. `file` is its name for messages; `resolve` fetches the buffers that lie
+/// beside a `.gltf`.
+///
+/// # Errors
+///
+/// Bytes that are of no known form, a missing column, channel, animation or file beside, several animated nodes
+/// without a name, fewer than [`MIN_SAMPLES`] keys, times that do not ascend or whose rate no path can have, a NaN, a
+/// quaternion more than 5% from unit length, and whatever [`fall_path`] refuses.
+pub fn import_with(
+    file: &str,
+    bytes: &[u8],
+    options: &ImportOptions,
+    resolve: &mut Resolve<'_>,
+) -> Result<Imported, InputError> {
+    read(file, bytes, options, Some(resolve))
+}
+
+fn read(
+    file: &str,
+    bytes: &[u8],
+    options: &ImportOptions,
+    resolve: Option<&mut Resolve<'_>>,
+) -> Result<Imported, InputError> {
     if !(options.scale > 0.0 && options.scale.is_finite()) {
         let cause = format!("scale {} must be above 0", options.scale);
         return Err(InputError::new(file, "options", InputErrorKind::OutOfRange, cause));
@@ -75,22 +166,28 @@ pub fn import(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Impor
         let cause = format!("rate {rate} Hz is outside 1..=10000");
         return Err(InputError::new(file, "options", InputErrorKind::OutOfRange, cause));
     }
-    let mut repairs = Vec::new();
+    if let Some(fps) = options.fps
+        && !(fps > 0.0 && fps.is_finite())
+    {
+        let cause = format!("{fps} frames per second must be above 0");
+        return Err(InputError::new(file, "options", InputErrorKind::OutOfRange, cause));
+    }
+    let mut notes = Notes { file, list: Vec::new() };
     let text = bytes.trim_ascii_start();
     let mut motion = if bytes.starts_with(b"glTF") {
-        gltf::read(file, bytes, options, &mut repairs)?
+        gltf::read(file, bytes, options, resolve, &mut notes)?
     } else if text.starts_with(b"{") || text.starts_with(b"[") {
         let value: serde_json::Value = serde_json::from_slice(bytes).map_err(|e| {
             let place = format!("line {}, column {}", e.line(), e.column());
             InputError::new(file, place, InputErrorKind::Malformed, format!("not JSON: {e}"))
         })?;
         if value.get("asset").is_some() {
-            gltf::read(file, bytes, options, &mut repairs)?
+            gltf::read(file, bytes, options, resolve, &mut notes)?
         } else {
-            table(file, &json::read(file, &value)?, options.rate, &mut repairs)?
+            table::read(file, &json::read(file, &value)?, options, &mut notes)?
         }
     } else {
-        table(file, &csv::read(file, bytes)?, options.rate, &mut repairs)?
+        table::read(file, &csv::read(file, bytes)?, options, &mut notes)?
     };
     for p in &mut motion.positions {
         *p *= options.scale;
@@ -107,8 +204,68 @@ pub fn import(file: &str, bytes: &[u8], options: &ImportOptions) -> Result<Impor
     });
     let path = fall_path(name, motion.rate, motion.positions, motion.orientations)
         .map_err(|e| InputError { file: file.into(), ..e })?;
-    Ok(Imported { path, repairs })
+    let notes = notes.list;
+    let looks_wrong = |code| matches!(code, NoteCode::FastTurn | NoteCode::ParentMotion);
+    let repairs = notes
+        .iter()
+        .filter(|n| !looks_wrong(n.code))
+        .map(|n| {
+            if n.place.is_empty() {
+                n.message.clone()
+            } else {
+                format!("{} {}", n.place, n.message)
+            }
+        })
+        .collect();
+    Ok(Imported { path, notes, repairs })
 }
+
+/// Collects the notes on a file.
+struct Notes<'a> {
+    file: &'a str,
+    list: Vec<Note>,
+}
+
+impl Notes<'_> {
+    fn add(&mut self, code: NoteCode, place: &str, message: impl Into<String>) {
+        self.list.push(Note::new(code, self.file, place, message));
+    }
+
+    /// Notes turns from one key to the next that are above 90 degrees. `keys` are times in seconds and the unit
+    /// rotations there.
+    fn fast_turns(&mut self, place: &str, keys: impl Iterator<Item = (f64, Quat)>) {
+        let mut fast: Option<(f64, f64, f32)> = None;
+        let mut more = 0;
+        let mut previous: Option<(f64, Quat)> = None;
+        for (t, q) in keys {
+            if let Some((before, p)) = previous {
+                let turn = angle(p, q).to_degrees();
+                if turn > FAST_TURN {
+                    match fast {
+                        None => fast = Some((before, t, turn)),
+                        Some(_) => more += 1,
+                    }
+                }
+            }
+            previous = Some((t, q));
+        }
+        if let Some((from, to, turn)) = fast {
+            let others = match more {
+                0 => String::new(),
+                1 => ", and once more above 90°".to_owned(),
+                _ => format!(", and {more} more times above 90°"),
+            };
+            let message = format!(
+                "turns by {turn:.0}° from {from:.3} s to {to:.3} s{others}: between keys the shorter way round is \
+                 taken; export more keys per second"
+            );
+            self.add(NoteCode::FastTurn, place, message);
+        }
+    }
+}
+
+/// Turns from key to key above this are noted, degrees.
+const FAST_TURN: f32 = 90.001;
 
 /// Evenly sampled motion, in the file's axes and units.
 struct Motion {
@@ -124,17 +281,19 @@ fn even_rate(times: &[f64]) -> Option<f64> {
     times.windows(2).all(|w| ((w[1] - w[0]) - mean).abs() <= 0.01 * mean).then_some(1.0 / mean)
 }
 
-/// Refuses too few keys, and times that are not numbers or do not ascend.
+/// That so many keys are too few.
+fn too_few(file: &str, place: &str, keys: usize) -> InputError {
+    let word = if keys == 1 { "key" } else { "keys" };
+    let cause = format!("{keys} {word}; a fall path needs at least {MIN_SAMPLES}");
+    InputError::new(file, place, InputErrorKind::Empty, cause)
+}
+
+/// Refuses times that are not numbers or do not ascend.
 fn check_times(
     file: &str,
     times: &[f64],
     place: impl Fn(usize) -> String,
 ) -> Result<(), InputError> {
-    if times.len() < MIN_SAMPLES {
-        let keys = if times.len() == 1 { "key" } else { "keys" };
-        let cause = format!("{} {keys}; a fall path needs at least {MIN_SAMPLES}", times.len());
-        return Err(InputError::new(file, "", InputErrorKind::Empty, cause));
-    }
     for (i, t) in times.iter().enumerate() {
         if !t.is_finite() {
             let cause = "time is NaN or infinite";
@@ -169,8 +328,11 @@ fn sample_times(
     Ok((rate, (0..count as u32).map(|i| first + f64::from(i) / rate).collect()))
 }
 
-/// The key at or before `t`, and how far `t` is to the next, `0..=1`. At least two keys.
+/// The key at or before `t`, and how far `t` is to the next, `0..=1`; 0 of a single key.
 fn locate(times: &[f64], t: f64) -> (usize, f32) {
+    if times.len() < 2 {
+        return (0, 0.0);
+    }
     let i = times.partition_point(|&k| k <= t).clamp(1, times.len() - 1) - 1;
     (i, ((t - times[i]) / (times[i + 1] - times[i])).clamp(0.0, 1.0) as f32)
 }
@@ -187,86 +349,4 @@ fn unit(file: &str, place: String, q: Quat) -> Result<Quat, InputError> {
         return Err(InputError::new(file, place, InputErrorKind::OutOfRange, cause));
     }
     Ok(q * (1.0 / length))
-}
-
-/// A table with named columns.
-///
-/// | column | what |
-/// |---|---|
-/// | `time` or `t` | seconds, ascending |
-/// | `x`, `y`, `z` | position |
-/// | `qx`, `qy`, `qz`, `qw` | orientation as a unit quaternion, or |
-/// | `rx`, `ry`, `rz` | Euler angles in degrees: about X first, then Y, then Z, all fixed axes |
-///
-/// Case does not matter; other columns are left out.
-struct Table {
-    columns: Vec<String>,
-    rows: Vec<Vec<f64>>,
-    /// Where each row stands.
-    places: Vec<String>,
-}
-
-fn table(
-    file: &str,
-    table: &Table,
-    rate: Option<f32>,
-    repairs: &mut Vec<String>,
-) -> Result<Motion, InputError> {
-    let find = |names: &[&str]| table.columns.iter().position(|c| names.contains(&c.as_str()));
-    let need = |names: &[&str]| {
-        find(names).ok_or_else(|| {
-            let cause = format!("no column \"{}\"", names[0]);
-            InputError::new(file, "header", InputErrorKind::Missing, cause)
-        })
-    };
-    let time = need(&["time", "t"])?;
-    let xyz = [need(&["x"])?, need(&["y"])?, need(&["z"])?];
-    let quaternion = [find(&["qx"]), find(&["qy"]), find(&["qz"]), find(&["qw"])];
-    let euler = [find(&["rx"]), find(&["ry"]), find(&["rz"])];
-    let mut used = vec![time];
-    used.extend(xyz);
-    used.extend(quaternion.iter().chain(&euler).flatten());
-    let unused: Vec<&str> = (0..table.columns.len())
-        .filter(|i| !used.contains(i))
-        .map(|i| table.columns[i].as_str())
-        .collect();
-    if !unused.is_empty() {
-        repairs.push(format!("left out: columns {}", unused.join(", ")));
-    }
-
-    let times: Vec<f64> = table.rows.iter().map(|r| r[time]).collect();
-    check_times(file, &times, |i| table.places[i].clone())?;
-    let (mut positions, mut orientations) = (Vec::new(), Vec::new());
-    for (row, place) in table.rows.iter().zip(&table.places) {
-        let at = |i: usize| row[i] as f32;
-        let p = Vec3::from(xyz.map(at));
-        if !p.is_finite() {
-            let cause = "position is NaN or infinite";
-            return Err(InputError::new(file, place, InputErrorKind::NotFinite, cause));
-        }
-        positions.push(p);
-        let q = match (quaternion, euler) {
-            ([Some(x), Some(y), Some(z), Some(w)], _) => {
-                Quat::from_xyzw(at(x), at(y), at(z), at(w))
-            }
-            (_, [Some(x), Some(y), Some(z)]) => {
-                let [x, y, z] = [x, y, z].map(|i| row[i].to_radians() as f32);
-                Quat::from_euler(EulerRot::ZYX, z, y, x)
-            }
-            _ => {
-                let cause = "no orientation: columns qx, qy, qz, qw or rx, ry, rz (degrees)";
-                return Err(InputError::new(file, "header", InputErrorKind::Missing, cause));
-            }
-        };
-        orientations.push(unit(file, place.clone(), q)?);
-    }
-    let (rate, at) = sample_times(file, &times, rate)?;
-    let sampled: (Vec<Vec3>, Vec<Quat>) = at
-        .iter()
-        .map(|&t| {
-            let (i, x) = locate(&times, t);
-            (positions[i].lerp(positions[i + 1], x), orientations[i].slerp(orientations[i + 1], x))
-        })
-        .unzip();
-    Ok(Motion { rate: rate as f32, positions: sampled.0, orientations: sampled.1 })
 }

@@ -22,15 +22,34 @@ pub fn csv(rows: usize) -> String {
 }
 
 /// One channel of a test animation: path, interpolation, times, values.
+#[derive(Clone)]
 pub struct Channel(pub &'static str, pub &'static str, pub Vec<f32>, pub Vec<f32>);
+
+/// One animation: its name, and its channels with the node of each.
+pub struct Take(pub Option<&'static str>, pub Vec<(usize, Channel)>);
 
 /// A `.glb` in which node i, called "leaf<i>", has the i-th list of channels.
 pub fn glb(nodes: &[Vec<Channel>]) -> Vec<u8> {
+    let names: Vec<String> = (0..nodes.len()).map(|i| format!(r#"{{"name":"leaf{i}"}}"#)).collect();
+    let channels =
+        nodes.iter().enumerate().flat_map(|(i, list)| list.iter().map(move |c| (i, c.clone())));
+    let (json, bin) = gltf(&names.join(","), &[Take(None, channels.collect())], None);
+    pack(json, &bin)
+}
+
+/// A `.glb` of nodes (in JSON) and animations.
+pub fn takes(nodes: &str, takes: &[Take]) -> Vec<u8> {
+    let (json, bin) = gltf(nodes, takes, None);
+    pack(json, &bin)
+}
+
+/// Document and buffer of nodes (in JSON) and animations; `uri` is where the document says the buffer is.
+pub fn gltf(nodes: &str, takes: &[Take], uri: Option<&str>) -> (String, Vec<u8>) {
     let mut bin: Vec<u8> = Vec::new();
-    let (mut views, mut accessors) = (Vec::new(), Vec::new());
-    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-    for (node, list) in nodes.iter().enumerate() {
-        for Channel(path, interpolation, times, values) in list {
+    let (mut views, mut accessors, mut animations) = (Vec::new(), Vec::new(), Vec::new());
+    for Take(name, list) in takes {
+        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+        for (node, Channel(path, interpolation, times, values)) in list {
             let kind = if *path == "rotation" { ("VEC4", 4) } else { ("VEC3", 3) };
             for (data, (kind, width)) in [(times, ("SCALAR", 1)), (values, kind)] {
                 let bytes: Vec<u8> = data.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -58,19 +77,27 @@ pub fn glb(nodes: &[Vec<Channel>]) -> Vec<u8> {
                 samplers.len() - 1
             ));
         }
+        animations.push(format!(
+            r#"{{{}"samplers":[{}],"channels":[{}]}}"#,
+            name.map_or(String::new(), |name| format!(r#""name":"{name}","#)),
+            samplers.join(","),
+            channels.join(",")
+        ));
     }
-    let names: Vec<String> = (0..nodes.len()).map(|i| format!(r#"{{"name":"leaf{i}"}}"#)).collect();
-    let mut json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"nodes":[{}],"buffers":[{{"byteLength":{}}}],
-        "bufferViews":[{}],"accessors":[{}],"animations":[{{"samplers":[{}],"channels":[{}]}}]}}"#,
-        names.join(","),
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"buffers":[{{{}"byteLength":{}}}],
+        "bufferViews":[{}],"accessors":[{}],"animations":[{}]}}"#,
+        uri.map_or(String::new(), |uri| format!(r#""uri":"{uri}","#)),
         bin.len(),
         views.join(","),
         accessors.join(","),
-        samplers.join(","),
-        channels.join(",")
+        animations.join(",")
     );
-    while json.len() % 4 != 0 {
+    (json, bin)
+}
+
+fn pack(mut json: String, bin: &[u8]) -> Vec<u8> {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     let mut out = b"glTF".to_vec();

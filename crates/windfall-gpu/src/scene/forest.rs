@@ -433,11 +433,6 @@ impl Forest {
         }
         check("the time", time, time.is_finite(), "finite")?;
         let time = (time - self.epoch()) as f32;
-        let record = self.record(index);
-        let rank = self.planted[model].model.loose.records[leaf as usize].rank;
-        if time >= self.detach_time(&record, leaves, rank) {
-            return Ok(());
-        }
         match self.trees[index].thrown.iter_mut().find(|(known, _)| *known == leaf) {
             Some((_, known)) if *known <= time => return Ok(()),
             Some((_, known)) => {
@@ -833,21 +828,30 @@ impl Forest {
     /// Puts thrown leaves of a tree that have no place yet in streams of their own; whether there was room.
     fn lay_out_thrown(&mut self, index: usize) -> bool {
         let Tree { model, slot: Some(place), laid_out, .. } = self.trees[index] else { return true };
+        if self.trees[index].thrown.len() == laid_out {
+            return true;
+        }
         if laid_out == 0 {
             self.clear_thrown(index);
         }
         let record = self.record(index);
         let leaves = self.planted[model].model.leaf_count;
         let [now, _] = self.clock(self.moment.time);
-        let gone = |rank| self.detach_time(&record, leaves, rank) <= now;
-        let new = &self.trees[index].thrown[laid_out..];
         let records = &self.planted[model].model.loose.records;
+        let in_season =
+            |leaf: u32| self.detach_time(&record, leaves, records[leaf as usize].rank);
+        // Leaves that the season takes before are not thrown.
+        let new: Vec<(u32, f32)> = self.trees[index].thrown[laid_out..]
+            .iter()
+            .copied()
+            .filter(|&(leaf, time)| time < in_season(leaf))
+            .collect();
         // Streams of the season have to leave out what they may hold already.
-        let held = new.iter().any(|&(leaf, _)| gone(records[leaf as usize].rank));
+        let held = new.iter().any(|&(leaf, _)| in_season(leaf) <= now);
         let key = scripted_key(record.seed, record.position);
         let shapes = &self.planted[model].model.loose.shape_of;
         let Some(buffers) = &mut self.buffers else { return true };
-        for &(leaf, time) in new {
+        for (leaf, time) in new {
             self.scripted.insert(key, leaf, time);
             let shape = shapes[leaf as usize] as usize;
             match buffers.loose.streams.throw((model, shape), &record, leaf, time) {
@@ -857,9 +861,9 @@ impl Forest {
         }
         buffers.changed_streams.sort_unstable();
         buffers.changed_streams.dedup();
-        self.scripted_changed |= !new.is_empty();
+        self.scripted_changed = true;
         // From the first on its streams know that there are thrown ones.
-        if held || (laid_out == 0 && !new.is_empty()) {
+        if held || laid_out == 0 {
             buffers.set_place(model, place, Some(&record));
             self.changed.push((model, place));
         }
