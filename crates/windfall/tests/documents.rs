@@ -42,9 +42,9 @@ fn the_readme_links_to_files_that_exist() {
 }
 
 #[test]
-fn the_scene_in_the_readme_reads() {
+fn the_scene_in_the_documents_reads() {
     // Indented by four, from the line "(" to the line ")".
-    let text = read("README.md");
+    let text = read("docs/scenes.md");
     let scene = text.split("\n    (\n").nth(1).and_then(|t| t.split("\n    )\n").next()).unwrap();
-    windfall_scenes::Scene::from_ron(&format!("(\n{scene}\n)"), "README.md").unwrap();
+    windfall_scenes::Scene::from_ron(&format!("(\n{scene}\n)"), "docs/scenes.md").unwrap();
 }

@@ -442,6 +442,8 @@ gpu_struct! {
 gpu_struct! {
     /// What all falls have in common: the CPU reference is `windfall_core::path::Fall` and `shed::Shedding`.
     pub struct FallFrame {
+        /// Read by no shader, as [`Frame::unread`]: landings branch on what follows.
+        pub unread: Vec4,
         /// Gusts: amplitude along x and z, cycles in the wind's period, phase when the shedding begins.
         pub gusts: [Vec4; 4],
         /// Steady wind along x and z, m/s.

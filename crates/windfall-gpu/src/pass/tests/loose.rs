@@ -123,6 +123,14 @@ fn unpack(leaf: &LooseLeaf) -> Quat {
     Quat::from_xyzw(part(xy), part(xy >> 16), part(zw), part(zw >> 16)).normalize()
 }
 
+/// Degrees between two rotations: by the chord, which is precise where the cosine is not. A rotation and its
+/// negative are the same.
+fn angle(a: Quat, b: Quat) -> f32 {
+    let b = b.normalize();
+    let chord = (a - b).length().min((a + b).length());
+    (4.0 * (0.5 * chord).asin()).to_degrees()
+}
+
 /// What the CPU reference says of every leaf that has detached: pose as drawn, and whether it
 /// is in the air. The forest stands at the world's origin.
 fn reference(scene: &Scene, time: f64) -> Vec<(Vec3, Quat, bool)> {
@@ -205,9 +213,7 @@ fn check(
         let near = around.filter_map(|c| grid.get(&c)).flatten();
         let apart = near
             .map(|leaf| {
-                let angle = unpack(leaf).angle_between(orientation).to_degrees();
-                // A rotation and its negative are the same.
-                (leaf.position.distance(position), angle.min(360.0 - angle))
+                (leaf.position.distance(position), angle(unpack(leaf), orientation))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match apart {
@@ -279,8 +285,9 @@ fn ten_days_do_not_show() {
         assert!(expected.iter().any(|e| e.2), "leaves are in the air");
         let mut watched = scene.watched();
         // The reference reduces the wind's time to steps of 0.06 ms: a leaf in thousands that lands on its edge
-        // lies a little otherwise.
-        check(&watched.leaves(now), &expected, 3e-3, Some(1.0));
+        // lies a little otherwise. In the long season detach times are 1/16 s apart, of which a GPU may take the
+        // next: leaves that landed days ago lie where another gust took them.
+        check(&watched.leaves(now), &expected, 3e-3, (start > 0.0).then_some(1.0));
         // A leaf in the air moves a little from frame to frame: no frame repeats, none jumps.
         let flying = |watched: &mut Watched, frame: u32| {
             watched.leaves(now + f64::from(frame) / 60.0);
