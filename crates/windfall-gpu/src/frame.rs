@@ -503,12 +503,7 @@ impl Renderer {
         state: &'a ViewState,
     ) -> Result<LayerFrame<'a>, ViewError> {
         let (_, _, prepared) = Self::prepared(forest, state)?;
-        Ok(LayerFrame {
-            forest,
-            view: &prepared.view,
-            group: &state.frame.group,
-            prepared,
-        })
+        Ok(LayerFrame { forest, view: &prepared.view, group: &state.frame.group, prepared })
     }
 }
 

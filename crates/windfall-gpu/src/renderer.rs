@@ -232,9 +232,7 @@ impl Renderer {
                 loose: LooseLeaves::new(&shaders, &layouts, target),
                 quads: Quads::new(&shaders, &layouts, target),
             },
-            shadows: layers
-                .shadows
-                .then(|| DepthPasses::new(&shaders, &layouts, cascades::TARGET)),
+            shadows: layers.shadows.then(|| DepthPasses::new(&shaders, &layouts, cascades::TARGET)),
             depth_only: options.depth_only.map(|only| {
                 let depth = Depth::nearest(only.format, only.reversed);
                 let target = Target { color: None, depth: Some(depth), samples: only.samples };

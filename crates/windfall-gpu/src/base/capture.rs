@@ -32,7 +32,10 @@ impl Readback {
     }
 
     /// What is read from the bytes, once they are here.
-    pub fn take<T>(&self, read: impl FnOnce(&[u8]) -> T) -> Option<Result<T, wgpu::BufferAsyncError>> {
+    pub fn take<T>(
+        &self,
+        read: impl FnOnce(&[u8]) -> T,
+    ) -> Option<Result<T, wgpu::BufferAsyncError>> {
         let result = self.state.lock().ok()?.take()?;
         Some(result.map(|()| read(&self.buffer.slice(..).get_mapped_range())))
     }

@@ -152,14 +152,9 @@ mod tests {
             Requirements::from_parts(compute, features, limits).unwrap_err()
         };
         assert_eq!(of(false, &wgpu::Limits::default()), Unsupported::NoCompute);
-        let few = wgpu::Limits {
-            max_storage_buffers_per_shader_stage: 4,
-            ..wgpu::Limits::default()
-        };
+        let few =
+            wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
         let error = of(true, &few).to_string();
-        assert_eq!(
-            error,
-            "the adapter's max_storage_buffers_per_shader_stage is 4; 8 are needed"
-        );
+        assert_eq!(error, "the adapter's max_storage_buffers_per_shader_stage is 4; 8 are needed");
     }
 }

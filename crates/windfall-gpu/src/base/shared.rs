@@ -202,7 +202,8 @@ gpu_struct! {
     }
 }
 const _: () = assert!(
-    std::mem::offset_of!(Frame, gusts) - std::mem::offset_of!(Frame, ambient) == size_of::<SkyUniform>(),
+    std::mem::offset_of!(Frame, gusts) - std::mem::offset_of!(Frame, ambient)
+        == size_of::<SkyUniform>(),
     "the sky's light is one piece of the frame"
 );
 

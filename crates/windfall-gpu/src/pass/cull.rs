@@ -7,9 +7,7 @@ use crate::view::lists::TreeLists;
 /// The module of the lists.
 pub const CULL: Module = Module {
     name: "cull",
-    source: |settings| {
-        compose(settings, &[text::SHED, text::SIMPLIFY, include_str!("cull.wgsl")])
-    },
+    source: |settings| compose(settings, &[text::SHED, text::SIMPLIFY, include_str!("cull.wgsl")]),
 };
 
 /// Makes lists.

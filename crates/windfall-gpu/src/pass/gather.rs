@@ -93,12 +93,7 @@ impl LooseLeaves {
     }
 
     /// Draws what a view has gathered.
-    pub fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        forest: &ForestBuffers,
-        view: &LooseView,
-    ) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, forest: &ForestBuffers, view: &LooseView) {
         for (i, bin) in forest.loose.streams.bins.iter().enumerate() {
             let part = &forest.models[bin.model].0.leaves;
             pass.set_pipeline(if part.masked { &self.masked } else { &self.solid });

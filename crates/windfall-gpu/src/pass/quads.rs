@@ -16,9 +16,7 @@ use wgpu::util::DeviceExt;
 /// Settles which leaves are quads.
 pub const ARRANGE_QUADS: Module = Module {
     name: "arrange_quads",
-    source: |_| {
-        [&crate::base::constants::numbers(), include_str!("arrange_quads.wgsl")].concat()
-    },
+    source: |_| [&crate::base::constants::numbers(), include_str!("arrange_quads.wgsl")].concat(),
 };
 
 /// Places and lights them.

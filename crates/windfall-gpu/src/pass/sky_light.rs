@@ -10,9 +10,7 @@ use crate::base::timing::Timing;
 use crate::base::wgsl::{Module, Shaders};
 use crate::scene::sky_map::PictureLight;
 use crate::view::light::Sky;
-use crate::view::sky::{
-    AIR_BYTES, MULTIPLE_COUNT, SIDE, SkyInput, SkyState, TRANSMITTANCE_COUNT,
-};
+use crate::view::sky::{AIR_BYTES, MULTIPLE_COUNT, SIDE, SkyInput, SkyState, TRANSMITTANCE_COUNT};
 use glam::Vec3;
 use windfall_core::light::Ambient;
 use windfall_core::light::atmosphere::{
@@ -208,13 +206,7 @@ mod tests {
             let light = PictureLight { ambient: Ambient::project(upper).0, mean: PICTURE_MEAN };
             let picture = with_picture.then_some(&light);
             let mut encoder = self.device.create_command_encoder(&Default::default());
-            self.pass.record(
-                &self.queue,
-                &mut encoder,
-                Timing::NONE,
-                &self.state,
-                (sky, picture),
-            );
+            self.pass.record(&self.queue, &mut encoder, Timing::NONE, &self.state, (sky, picture));
             encoder.finish()
         }
 
@@ -307,7 +299,8 @@ mod tests {
     fn a_dropped_encoder_leaves_nothing_stale() {
         let gpu = Gpu::new();
         let noon = Sky { sun_azimuth: 0.0, sun_elevation: 1.0, turbidity: 2.0, ..Sky::default() };
-        let evening = Sky { sun_azimuth: 1.5, sun_elevation: 0.1, turbidity: 4.0, ..Sky::default() };
+        let evening =
+            Sky { sun_azimuth: 1.5, sun_elevation: 0.1, turbidity: 4.0, ..Sky::default() };
         drop(gpu.record(&noon, false));
         assert_agrees(&gpu, &noon, false);
         drop(gpu.record(&evening, false));

@@ -271,7 +271,9 @@ fn radiance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
     // At most about 60, towards the sun in haze: half floats reach 65504.
     sum *= SOLAR;
     tables[RADIANCE_FIRST + group.x * SIDE + local] = sum;
-    textureStore(sky_table, vec2(local, group.x), vec4(sum, 1.0));
+    // Rounded here: some drivers cut the digits off that a half has no room for, and skies get darker.
+    let rounded = vec3(unpack2x16float(pack2x16float(sum.xy)), unpack2x16float(pack2x16float(vec2(sum.z, 0.0))).x);
+    textureStore(sky_table, vec2(local, group.x), vec4(rounded, 1.0));
 }
 
 // Radiance towards a direction of the upper half.

@@ -178,8 +178,7 @@ impl LooseState {
         let mut list = streams.groups.concat();
         list.extend_from_slice(&streams.shed_lists);
         let none = wgpu::BufferUsages::empty();
-        let stream_buffer =
-            storage(device, "streams", bytemuck::cast_slice(&streams.all), none);
+        let stream_buffer = storage(device, "streams", bytemuck::cast_slice(&streams.all), none);
         let list_buffer = storage(device, "shed lists", bytemuck::cast_slice(&list), none);
         let leaves = storage(device, "leaf records", bytemuck::cast_slice(&records), none);
         let slot_buffer = zeros(device, "leaf slots", slots * SLOT_BYTES, none);
@@ -276,9 +275,8 @@ impl LooseState {
 /// Tallies and indirect arguments as a view's counters begin: nothing is drawn yet.
 fn empty_draws(device: &wgpu::Device, models: &[(TreeModel, u32)], bins: &[Bin]) -> wgpu::Buffer {
     let mut words = vec![0u32; VIEW_TALLIES as usize];
-    let full = |bin: &Bin| {
-        [models[bin.model].0.loose.shapes[bin.shape].full.index_count, 0, 0, 0, 0]
-    };
+    let full =
+        |bin: &Bin| [models[bin.model].0.loose.shapes[bin.shape].full.index_count, 0, 0, 0, 0];
     words.extend(bins.iter().flat_map(full));
     words.extend(bins.iter().flat_map(|bin| [6, 0, 0, 0, bin.count]));
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -297,4 +295,3 @@ pub fn scripted_buffer(device: &wgpu::Device, scripted: &Scripted) -> wgpu::Buff
         wgpu::BufferUsages::empty(),
     )
 }
-

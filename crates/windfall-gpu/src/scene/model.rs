@@ -214,7 +214,11 @@ impl TreeModel {
     /// # Errors
     ///
     /// [`ModelError`], if the tree is larger than the device or a shed rank can hold.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, tree: &Tree) -> Result<Self, ModelError> {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        tree: &Tree,
+    ) -> Result<Self, ModelError> {
         let leaves = tree.foliage.leaves.len();
         if leaves > MOST_LEAVES {
             let name = tree.name.clone();
@@ -354,7 +358,10 @@ impl ShapeVertex {
         let [x, y, z, _] = self.position.map(f16::to_f32);
         let [u, v] = self.uv.map(f16::to_f32);
         let [nx, ny, nz, _] = self.normal.map(|n| f32::from(n) / 127.0);
-        [crate::base::packing::words(Vec4::new(x, y, z, u)), crate::base::packing::words(Vec4::new(nx, ny, nz, v))]
+        [
+            crate::base::packing::words(Vec4::new(x, y, z, u)),
+            crate::base::packing::words(Vec4::new(nx, ny, nz, v)),
+        ]
     }
 }
 

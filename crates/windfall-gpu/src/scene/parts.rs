@@ -40,11 +40,7 @@ pub fn bucket_share(bucket: u32) -> f32 {
 /// in simple ones, then those of simplified trees. `starts` has the first index of each leaf and the end of
 /// the last, `simple_starts` those of the same leaves in few triangles. Where draws cannot begin in the
 /// middle of a list, the last parts are for all trees, and the first are empty.
-pub fn leaf_parts(
-    starts: &[u32],
-    simple_starts: &[u32],
-    first_instance: bool,
-) -> Vec<PartDraw> {
+pub fn leaf_parts(starts: &[u32], simple_starts: &[u32], first_instance: bool) -> Vec<PartDraw> {
     let leaves = starts.len() as u32 - 1;
     if leaves == 0 {
         return Vec::new();

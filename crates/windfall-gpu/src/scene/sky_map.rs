@@ -118,12 +118,7 @@ fn luminance(c: Vec3) -> f32 {
 }
 
 /// A texture of 16-bit floats for [`write`].
-pub fn sky_texture(
-    device: &wgpu::Device,
-    label: &str,
-    width: u32,
-    height: u32,
-) -> wgpu::Texture {
+pub fn sky_texture(device: &wgpu::Device, label: &str, width: u32, height: u32) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -151,7 +146,6 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, width: u32, texels: &[Vec
         texture.size(),
     );
 }
-
 
 /// A [`SkyPicture`] on the GPU, to be given to views. Cheap to clone.
 #[derive(Debug, Clone)]

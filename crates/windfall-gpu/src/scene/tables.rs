@@ -128,7 +128,6 @@ fn soft_samples(paths: &PathTables, flight: &Flight, settings: &FallSettings) ->
     samples.map_or(NEVER_SOFT_LEFT, |n| n as u32)
 }
 
-
 /// When leaves detach.
 pub fn describe_shedding(frame: &mut FallFrame, shedding: &Shedding) {
     frame.shed_duration = shedding.duration;

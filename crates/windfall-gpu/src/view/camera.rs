@@ -239,7 +239,10 @@ mod tests {
             Camera { projection: Projection::Matrix(Mat4::NAN), ..good },
             Camera { projection: Projection::Matrix(Mat4::ZERO), ..good },
         ] {
-            assert!(matches!(bad.eye(DVec3::ZERO, (4, 4)), Err(ViewError::Camera { .. })), "{bad:?}");
+            assert!(
+                matches!(bad.eye(DVec3::ZERO, (4, 4)), Err(ViewError::Camera { .. })),
+                "{bad:?}"
+            );
         }
     }
 

@@ -49,4 +49,3 @@ impl std::str::FromStr for Culling {
             .ok_or_else(|| UnknownName::new("culling", name, &Self::ALL.map(Self::name)))
     }
 }
-

@@ -83,8 +83,8 @@ impl View {
         frame.grassy = 0.7 * (self.meadow - 0.5);
         frame.show = self.show as u32;
         frame.fade_smooth = u32::from(self.detail.fade.smooth);
-        frame.contrasts = u32::from(self.detail.color_contrast)
-            | u32::from(self.detail.shading_contrast) << 1;
+        frame.contrasts =
+            u32::from(self.detail.color_contrast) | u32::from(self.detail.shading_contrast) << 1;
         match &self.light {
             Light::Sky(sky, map) => {
                 frame.sun_direction = sky.sun_direction();

@@ -56,7 +56,6 @@ impl TreeList {
     }
 }
 
-
 /// What the lists of a view are of.
 pub fn cull_frame(
     view: &View,

@@ -74,10 +74,7 @@ impl Pyramid {
             device,
             "occlusion pyramid",
             &layouts.pyramid,
-            &[
-                wgpu::BindingResource::TextureView(&all),
-                seen_from_world.as_entire_binding(),
-            ],
+            &[wgpu::BindingResource::TextureView(&all), seen_from_world.as_entire_binding()],
         );
         Self { levels, seen_from_world, group }
     }

@@ -69,8 +69,13 @@ impl Quality {
         ..Self::LOW
     };
     /// Everything; the default.
-    pub const HIGH: Self =
-        Self { shadow_taps: 12, soft_shadows: true, bark_relief: true, grass: true, ..Self::MEDIUM };
+    pub const HIGH: Self = Self {
+        shadow_taps: 12,
+        soft_shadows: true,
+        bark_relief: true,
+        grass: true,
+        ..Self::MEDIUM
+    };
     /// The presets, cheapest first, with their names on command lines and in scenes.
     pub const PRESETS: [(&'static str, Self); 3] =
         [("low", Self::LOW), ("medium", Self::MEDIUM), ("high", Self::HIGH)];

@@ -82,7 +82,9 @@ fn run(frame: &Frame, light: &Light, more: &str, body: &str, inputs: &[[Vec4; 4]
     );
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("light test"),
-        source: wgpu::ShaderSource::Wgsl(compose(&Settings { samples: 4 }, &[more, &kernel]).into()),
+        source: wgpu::ShaderSource::Wgsl(
+            compose(&Settings { samples: 4 }, &[more, &kernel]).into(),
+        ),
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some("light test"),
@@ -123,12 +125,8 @@ fn run(frame: &Frame, light: &Light, more: &str, body: &str, inputs: &[[Vec4; 4]
         })
     };
     let table = sky_texture("sky table", side);
-    let texels: Vec<[f16; 4]> = light
-        .table
-        .radiance
-        .iter()
-        .map(|c| c.extend(1.0).to_array().map(f16::from_f32))
-        .collect();
+    let texels: Vec<[f16; 4]> =
+        light.table.radiance.iter().map(|c| c.extend(1.0).to_array().map(f16::from_f32)).collect();
     queue.write_texture(
         table.as_image_copy(),
         bytemuck::cast_slice(&texels),

@@ -1,9 +1,7 @@
 //! Lists of trees against a CPU reference: which trees, in which detail, and the arguments of their draws.
 
 use super::{Gpu, Watched};
-use crate::base::constants::{
-    AT_VERTICES, BLOCK, BUCKETS, DRAW_WORDS, LISTS, TREE_TALLIES, VIEWS,
-};
+use crate::base::constants::{AT_VERTICES, BLOCK, BUCKETS, DRAW_WORDS, LISTS, TREE_TALLIES, VIEWS};
 use crate::base::packing::pack_halfs;
 use crate::base::shared::{Crown, TreeInstance, TreeList, TreeRecord};
 use crate::scene::parts::{bucket_of, wood_bucket};
@@ -48,85 +46,85 @@ struct CpuList {
 /// The CPU reference of `pass/cull.wgsl`: the same trees in the same places. `wind` is (maximum speed, velocity).
 fn list_on_cpu(
     tables: &TreeTables,
-        list: &TreeList,
-        wood: bool,
-        detail: &Simplification,
-        detached: impl Fn(&TreeRecord, u32) -> u32,
-        wind: &(f32, impl Fn(Vec3) -> Vec2),
-        sun: Vec3,
-    ) -> CpuList {
-        let (wind_speed, wind_at) = wind;
-        let frustum = Frustum::new(list.clip_from_world);
-        let mut out = CpuList {
-            placed: vec![TreeInstance::zeroed(); tables.records.len()],
-            ..CpuList::default()
-        };
-        for crown in &tables.crowns {
-            let first = crown.tree_first as usize;
-            let records = &tables.records[first..first + (crown.block_count * BLOCK) as usize];
-            let mut sorted: Vec<(u32, Level, &TreeRecord)> = Vec::new();
-            for tree in records.iter().filter(|tree| tree.model != u32::MAX) {
-                let center = tree.world_from_tree(crown.center);
-                let seen = crown.seen(tree, list, center);
-                let mut level = detail.level(&seen);
-                let margin = crown.margin(tree.scale, level.growth, *wind_speed);
-                let in_view = match list.culling {
-                    0 => true,
-                    1 => list.sees_box(tree, crown, margin),
-                    _ => frustum.sees_sphere(center, crown.radius * tree.scale + margin),
+    list: &TreeList,
+    wood: bool,
+    detail: &Simplification,
+    detached: impl Fn(&TreeRecord, u32) -> u32,
+    wind: &(f32, impl Fn(Vec3) -> Vec2),
+    sun: Vec3,
+) -> CpuList {
+    let (wind_speed, wind_at) = wind;
+    let frustum = Frustum::new(list.clip_from_world);
+    let mut out = CpuList {
+        placed: vec![TreeInstance::zeroed(); tables.records.len()],
+        ..CpuList::default()
+    };
+    for crown in &tables.crowns {
+        let first = crown.tree_first as usize;
+        let records = &tables.records[first..first + (crown.block_count * BLOCK) as usize];
+        let mut sorted: Vec<(u32, Level, &TreeRecord)> = Vec::new();
+        for tree in records.iter().filter(|tree| tree.model != u32::MAX) {
+            let center = tree.world_from_tree(crown.center);
+            let seen = crown.seen(tree, list, center);
+            let mut level = detail.level(&seen);
+            let margin = crown.margin(tree.scale, level.growth, *wind_speed);
+            let in_view = match list.culling {
+                0 => true,
+                1 => list.sees_box(tree, crown, margin),
+                _ => frustum.sees_sphere(center, crown.radius * tree.scale + margin),
+            };
+            if in_view {
+                let bucket = if wood {
+                    level.growth = detail.wood_error(&seen) / tree.scale;
+                    wood_bucket(crown.wood_level(level.growth))
+                } else {
+                    leaf_bucket(detail, &level, &seen)
                 };
-                if in_view {
-                    let bucket = if wood {
-                        level.growth = detail.wood_error(&seen) / tree.scale;
-                        wood_bucket(crown.wood_level(level.growth))
-                    } else {
-                        leaf_bucket(detail, &level, &seen)
-                    };
-                    sorted.push((bucket, level, tree));
-                }
-            }
-            sorted.sort_by_key(|tree| std::cmp::Reverse(tree.0));
-            for (at, (_, level, tree)) in sorted.iter().enumerate() {
-                let detached = detached(tree, crown.leaf_count);
-                out.placed[first + at] = TreeInstance {
-                    position: tree.position,
-                    scale: tree.scale,
-                    cos_yaw: tree.cos_yaw,
-                    sin_yaw: tree.sin_yaw,
-                    season_offset: tree.season_offset,
-                    lambda: level.lambda,
-                    fade_end: level.lambda + if list.flags & 2 != 0 { 0.0 } else { level.radius },
-                    fade_slope: 0.5 / level.radius.max(1e-9),
-                    growth: level.growth,
-                    contrast: level.contrast,
-                    seed: tree.seed,
-                    detached: detached | tree.events << 24,
-                    wind: pack_halfs(wind_at(tree.position)),
-                    mean_cosines: pack_halfs(match detail.mean_cosine {
-                        Some(mean) => Vec2::splat(0.5 * mean),
-                        None => crown.mean_cosines(tree, sun, list.eye),
-                    }),
-                };
-                let leaves = crown.leaf_count as f32;
-                let hanging = 1.0 - detached as f32 / leaves.max(1.0);
-                let drawn = detail.drawn(level) * leaves * hanging;
-                out.tallies[0] += 1;
-                out.tallies[1] += u64::from(crown.leaf_count);
-                out.tallies[2] += (level.lambda * leaves + 0.5) as u64;
-                out.tallies[3] += (drawn + 0.5) as u64;
-            }
-            for draw in 0..crown.draw_count {
-                let part = &tables.parts[(crown.draw_first + draw) as usize];
-                let from = |bucket: u32| sorted.partition_point(|t| t.0 >= bucket) as u32;
-                let of_list = (draw >= crown.leaf_draws) == wood;
-                let range = from(part.buckets.1 + 1)..from(part.buckets.0);
-                let range = if of_list { range } else { 0..0 };
-                out.tallies[4] += u64::from(part.indices.1 / 3) * range.len() as u64;
-                out.instances.push(range);
+                sorted.push((bucket, level, tree));
             }
         }
-        out
+        sorted.sort_by_key(|tree| std::cmp::Reverse(tree.0));
+        for (at, (_, level, tree)) in sorted.iter().enumerate() {
+            let detached = detached(tree, crown.leaf_count);
+            out.placed[first + at] = TreeInstance {
+                position: tree.position,
+                scale: tree.scale,
+                cos_yaw: tree.cos_yaw,
+                sin_yaw: tree.sin_yaw,
+                season_offset: tree.season_offset,
+                lambda: level.lambda,
+                fade_end: level.lambda + if list.flags & 2 != 0 { 0.0 } else { level.radius },
+                fade_slope: 0.5 / level.radius.max(1e-9),
+                growth: level.growth,
+                contrast: level.contrast,
+                seed: tree.seed,
+                detached: detached | tree.events << 24,
+                wind: pack_halfs(wind_at(tree.position)),
+                mean_cosines: pack_halfs(match detail.mean_cosine {
+                    Some(mean) => Vec2::splat(0.5 * mean),
+                    None => crown.mean_cosines(tree, sun, list.eye),
+                }),
+            };
+            let leaves = crown.leaf_count as f32;
+            let hanging = 1.0 - detached as f32 / leaves.max(1.0);
+            let drawn = detail.drawn(level) * leaves * hanging;
+            out.tallies[0] += 1;
+            out.tallies[1] += u64::from(crown.leaf_count);
+            out.tallies[2] += (level.lambda * leaves + 0.5) as u64;
+            out.tallies[3] += (drawn + 0.5) as u64;
+        }
+        for draw in 0..crown.draw_count {
+            let part = &tables.parts[(crown.draw_first + draw) as usize];
+            let from = |bucket: u32| sorted.partition_point(|t| t.0 >= bucket) as u32;
+            let of_list = (draw >= crown.leaf_draws) == wood;
+            let range = from(part.buckets.1 + 1)..from(part.buckets.0);
+            let range = if of_list { range } else { 0..0 };
+            out.tallies[4] += u64::from(part.indices.1 / 3) * range.len() as u64;
+            out.instances.push(range);
+        }
     }
+    out
+}
 
 impl Crown {
     /// Of the sun on the leaves of a tree that is looked at from `eye`.
@@ -207,7 +205,6 @@ impl TreeList {
     }
 }
 
-
 /// Every way of simplifying and culling, from the middle of a forest.
 #[test]
 fn the_gpu_makes_the_lists_of_the_cpu() {
@@ -266,15 +263,8 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
             let Light::Sky(sky, _) = &view.light else { unreachable!() };
             let mut tallies = [0; 5];
             for wood in [false, true] {
-                let on_cpu = list_on_cpu(
-                    tables,
-                    &list,
-                    wood,
-                    &detail,
-                    detached,
-                    wind,
-                    sky.sun_direction(),
-                );
+                let on_cpu =
+                    list_on_cpu(tables, &list, wood, &detail, detached, wind, sky.sun_direction());
                 assert!(on_cpu.tallies[0] > 50);
                 let index = if wood { VIEWS as usize } else { 0 };
                 let (places, draws) = (tables.records.len(), tables.parts.len());
@@ -302,58 +292,57 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
     assert!(simplified > 300, "{simplified}");
 }
 
-    fn unpack_halfs(v: u32) -> Vec2 {
-        Vec2::new(f16::from_bits(v as u16).into(), f16::from_bits((v >> 16) as u16).into())
-    }
+fn unpack_halfs(v: u32) -> Vec2 {
+    Vec2::new(f16::from_bits(v as u16).into(), f16::from_bits((v >> 16) as u16).into())
+}
 
-    /// Holds a list of the GPU against the CPU's; how many of its trees are simplified.
-    fn compare(
-        tables: &TreeTables,
-        on_cpu: &CpuList,
-        wood: bool,
-        on_gpu: &[TreeInstance],
-        words: &[u32],
-    ) -> u32 {
-        let mut simplified = 0;
-        for (m, crown) in tables.crowns.iter().enumerate() {
-            let (leaf_draws, wood_draws) = tables.draws[m].clone();
-            let draws = if wood { wood_draws } else { leaf_draws };
-            let mut count = 0;
-            for i in draws.start as usize..draws.end as usize {
-                let range = &on_cpu.instances[i];
-                let [indices, instances, first, _, begin] =
-                    [0, 1, 2, 3, 4].map(|word| words[5 * i + word]);
-                assert_eq!((first, indices), tables.parts[i].indices);
-                // A tree at the bound of two buckets may be in either.
-                let [a, b] = [begin.abs_diff(range.start), instances.abs_diff(range.len() as u32)];
-                assert!(a <= 1 && b <= 1, "draw {i}: {begin} {instances}, not {range:?}");
-                count = count.max(range.end as usize);
-            }
-            let first = crown.tree_first as usize;
-            let expected: HashMap<u32, &TreeInstance> =
-                on_cpu.placed[first..first + count].iter().map(|t| (t.seed, t)).collect();
-            for tree in &on_gpu[first..first + count] {
-                let wanted = expected[&tree.seed];
-                let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 + 2e-3 * b.abs();
-                assert!(
-                    near(tree.lambda, wanted.lambda)
-                        && near(tree.fade_end, wanted.fade_end)
-                        && near(tree.fade_slope, wanted.fade_slope)
-                        && near(tree.growth, wanted.growth)
-                        && near(tree.contrast, wanted.contrast)
-                        && tree.detached.abs_diff(wanted.detached) <= 1
-                        && unpack_halfs(tree.mean_cosines)
-                            .distance(unpack_halfs(wanted.mean_cosines))
-                            < 0.01
-                        && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,
-                    "{tree:?}\nis not\n{wanted:?}"
-                );
-                simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
-            }
-            if !wood {
-                let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
-                assert!(buckets.rev().is_sorted(), "the more detailed first");
-            }
+/// Holds a list of the GPU against the CPU's; how many of its trees are simplified.
+fn compare(
+    tables: &TreeTables,
+    on_cpu: &CpuList,
+    wood: bool,
+    on_gpu: &[TreeInstance],
+    words: &[u32],
+) -> u32 {
+    let mut simplified = 0;
+    for (m, crown) in tables.crowns.iter().enumerate() {
+        let (leaf_draws, wood_draws) = tables.draws[m].clone();
+        let draws = if wood { wood_draws } else { leaf_draws };
+        let mut count = 0;
+        for i in draws.start as usize..draws.end as usize {
+            let range = &on_cpu.instances[i];
+            let [indices, instances, first, _, begin] =
+                [0, 1, 2, 3, 4].map(|word| words[5 * i + word]);
+            assert_eq!((first, indices), tables.parts[i].indices);
+            // A tree at the bound of two buckets may be in either.
+            let [a, b] = [begin.abs_diff(range.start), instances.abs_diff(range.len() as u32)];
+            assert!(a <= 1 && b <= 1, "draw {i}: {begin} {instances}, not {range:?}");
+            count = count.max(range.end as usize);
         }
-        simplified
+        let first = crown.tree_first as usize;
+        let expected: HashMap<u32, &TreeInstance> =
+            on_cpu.placed[first..first + count].iter().map(|t| (t.seed, t)).collect();
+        for tree in &on_gpu[first..first + count] {
+            let wanted = expected[&tree.seed];
+            let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 + 2e-3 * b.abs();
+            assert!(
+                near(tree.lambda, wanted.lambda)
+                    && near(tree.fade_end, wanted.fade_end)
+                    && near(tree.fade_slope, wanted.fade_slope)
+                    && near(tree.growth, wanted.growth)
+                    && near(tree.contrast, wanted.contrast)
+                    && tree.detached.abs_diff(wanted.detached) <= 1
+                    && unpack_halfs(tree.mean_cosines).distance(unpack_halfs(wanted.mean_cosines))
+                        < 0.01
+                    && unpack_halfs(tree.wind).distance(unpack_halfs(wanted.wind)) < 0.01,
+                "{tree:?}\nis not\n{wanted:?}"
+            );
+            simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
+        }
+        if !wood {
+            let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
+            assert!(buckets.rev().is_sorted(), "the more detailed first");
+        }
     }
+    simplified
+}

@@ -29,13 +29,8 @@ struct Scene {
 /// Two species on a hillside in a gusty wind; about a third of the leaves fall in 60 s.
 fn scene(capacity: u32) -> Scene {
     let trees = vec![Species::Birch.grow(1), Species::Oak.grow(2)];
-    let placement = Placement {
-        trees: 4,
-        spacing: 9.0,
-        season_spread: 0.2,
-        seed: 3,
-        ..Placement::default()
-    };
+    let placement =
+        Placement { trees: 4, spacing: 9.0, season_spread: 0.2, seed: 3, ..Placement::default() };
     let falls = Falls {
         wind: Wind::new(2.0, 0.8, 0.8, 7),
         shedding: Shedding { start: 0.0, duration: 180.0, ..Shedding::default() },
@@ -212,9 +207,7 @@ fn check(
             .flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])));
         let near = around.filter_map(|c| grid.get(&c)).flatten();
         let apart = near
-            .map(|leaf| {
-                (leaf.position.distance(position), angle(unpack(leaf), orientation))
-            })
+            .map(|leaf| (leaf.position.distance(position), angle(unpack(leaf), orientation)))
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match apart {
             Some((distance, angle)) if distance < tolerance && angle < most(falling) => {}
@@ -531,6 +524,10 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
     let (off, on): (Vec<&Leaf>, Vec<&Leaf>) = kept.partition(|leaf| leaf.shed_rank < detached);
     let drawn = watched.drawn().0.len();
     // One leaf more or less where λN is no whole number.
-    assert!(drawn.abs_diff(off.len()) <= 1, "{drawn} loose leaves are drawn, {} have left", off.len());
+    assert!(
+        drawn.abs_diff(off.len()) <= 1,
+        "{drawn} loose leaves are drawn, {} have left",
+        off.len()
+    );
     assert!(!on.is_empty() && off.len() > 100);
 }

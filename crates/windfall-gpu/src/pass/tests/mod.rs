@@ -63,8 +63,7 @@ impl Watched {
         placed: &Placed,
         falls: Falls,
     ) -> Self {
-        let mut forest =
-            Forest::new(&gpu.device, origin, placed.terrain.clone(), falls).unwrap();
+        let mut forest = Forest::new(&gpu.device, origin, placed.terrain.clone(), falls).unwrap();
         let ids = forest.plant(&models, &placed.instances).unwrap();
         Self { state: gpu.renderer.view(&forest), forest, ids, models }
     }

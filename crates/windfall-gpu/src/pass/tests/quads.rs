@@ -26,8 +26,7 @@ fn quads_show_what_the_leaves_would() {
     };
     let placed = placement.place(Terrain::rolling(200.0, 3.0, 2), &[1.0, 2.0]);
     let mut watched = Watched::new(gpu, DVec3::ZERO, &trees, &placed, Falls::default());
-    let camera =
-        Camera::look_at(DVec3::new(2.0, 7.0, 34.0), DVec3::new(0.0, 3.0, 0.0), 0.9, 0.1);
+    let camera = Camera::look_at(DVec3::new(2.0, 7.0, 34.0), DVec3::new(0.0, 3.0, 0.0), 0.9, 0.1);
     let view = View::new(camera);
     watched.draw(gpu, 20.0, &view, (8, 8));
     let mut shots = Vec::new();
