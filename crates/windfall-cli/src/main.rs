@@ -7,7 +7,6 @@ mod output;
 mod path;
 mod render;
 mod simplify;
-mod sky;
 mod tree;
 
 use anyhow::Context;

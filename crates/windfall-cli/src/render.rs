@@ -204,7 +204,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(count) = args.falling {
         stage.keep_falling(count);
     }
-    let sky = scene.sky.picture.as_ref().map(|f| crate::sky::read(&folder.join(f))).transpose()?;
+    let sky = scene
+        .sky
+        .picture
+        .as_ref()
+        .map(|f| windfall_host::sky::read(&folder.join(f)))
+        .transpose()?;
     let mut pictures = Pictures::new(&gpu, &stage, scene.size, sky.as_ref())?;
     gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;

@@ -124,8 +124,7 @@ impl Renderer {
                 wanted: "finite",
             });
         }
-        forest.moment = moment;
-        forest.sync(recording.queue)?;
+        forest.begin(recording.queue, moment)?;
         let structure = forest.structure();
         if forest.moment_group.as_ref().is_none_or(|(of, _)| *of != structure) {
             let scripted = forest.buffers().map(|buffers| self.moment_group(&buffers.scripted));
@@ -226,6 +225,9 @@ impl Renderer {
         let (buffers, lists, prepared) = Self::prepared(forest, state)?;
         pass.set_bind_group(0, &state.frame.group, &[]);
         depth(pass, passes, buffers, lists, 0, prepared.view.detail.fade.by);
+        if let Some(quads) = lists.quads.as_ref().filter(|_| opaque(&prepared.view)) {
+            passes.quads.draw(pass, quads);
+        }
         passes.loose.draw(pass, buffers, &lists.loose);
         Ok(())
     }
@@ -273,8 +275,8 @@ impl Renderer {
             timing.compute_pass(encoder, "cull again", |pass| {
                 pass.set_bind_group(0, group, &[]);
                 self.cull.make_hidden(pass, &lists.lists, &targets.pyramid.group);
-                if let Some(quads) = &lists.quads {
-                    self.color.quads.arrange(pass, quads);
+                if let Some(quads) = lists.quads.as_ref().filter(|_| opaque(view)) {
+                    self.quads.arrange(pass, quads);
                 }
             });
             self.spread(recording, forest, state);
@@ -367,7 +369,7 @@ impl Renderer {
             pass.set_bind_group(0, &state.frame.group, &[]);
             self.cull.make(pass, lists, pyramid, views);
             if let Some(quads) = quads.as_ref().filter(|_| opaque(view)) {
-                self.color.quads.arrange(pass, quads);
+                self.quads.arrange(pass, quads);
             }
         });
         timing.compute_pass(encoder, "gather", |pass| {
@@ -432,7 +434,7 @@ impl Renderer {
         let Recording { encoder, timing, .. } = recording;
         timing.compute_pass(encoder, "spread", |pass| {
             pass.set_bind_group(0, &state.frame.group, &[]);
-            self.color.quads.spread(pass, buffers, quads);
+            self.quads.spread(pass, buffers, quads);
         });
     }
 
@@ -492,6 +494,7 @@ impl Renderer {
         forest: &'a Forest,
         state: &'a ViewState,
     ) -> Result<(&'a ForestBuffers, &'a ViewBuffers, &'a Prepared), ViewError> {
+        state.check(forest)?;
         match (forest.buffers(), &state.buffers, &state.prepared) {
             (Some(forest), Some(buffers), Some(prepared)) => Ok((forest, buffers, prepared)),
             _ => Err(ViewError::NotAdvanced),

@@ -10,7 +10,7 @@ use crate::pass::grass::Grass;
 use crate::pass::ground::Ground;
 use crate::pass::hiz::HiZ;
 use crate::pass::leaves::Leaves;
-use crate::pass::quads::Quads;
+use crate::pass::quads::{DrawQuads, Quads};
 use crate::pass::sky::SkyDome;
 use crate::pass::sky_light::SkyLightPass;
 use crate::pass::tone_map::ToneMap;
@@ -130,7 +130,7 @@ pub(crate) struct ColorPasses {
     pub wood: Wood,
     pub leaves: Leaves,
     pub loose: LooseLeaves,
-    pub quads: Quads,
+    pub quads: DrawQuads,
 }
 
 /// Pipelines that draw depth of foliage alone.
@@ -138,6 +138,7 @@ pub(crate) struct DepthPasses {
     pub wood: Wood,
     pub leaves: Leaves,
     pub loose: LooseLeaves,
+    pub quads: DrawQuads,
 }
 
 impl DepthPasses {
@@ -146,6 +147,7 @@ impl DepthPasses {
             wood: Wood::new(shaders, layouts, target),
             leaves: Leaves::new(shaders, layouts, target),
             loose: LooseLeaves::new(shaders, layouts, target),
+            quads: DrawQuads::new(shaders, layouts, target),
         }
     }
 }
@@ -167,6 +169,7 @@ pub struct Renderer {
     pub(crate) falls: Falls,
     pub(crate) cull: Cull,
     pub(crate) gather: Gather,
+    pub(crate) quads: Quads,
     pub(crate) color: ColorPasses,
     pub(crate) shadows: Option<DepthPasses>,
     pub(crate) depth_only: Option<DepthPasses>,
@@ -226,11 +229,12 @@ impl Renderer {
             falls: Falls::new(&shaders, &layouts),
             cull: Cull::new(&shaders, &layouts),
             gather: Gather::new(&shaders, &layouts),
+            quads: Quads::new(&shaders, &layouts),
             color: ColorPasses {
                 wood: Wood::new(&shaders, &layouts, target),
                 leaves: Leaves::new(&shaders, &layouts, target),
                 loose: LooseLeaves::new(&shaders, &layouts, target),
-                quads: Quads::new(&shaders, &layouts, target),
+                quads: DrawQuads::new(&shaders, &layouts, target),
             },
             shadows: layers.shadows.then(|| DepthPasses::new(&shaders, &layouts, cascades::TARGET)),
             depth_only: options.depth_only.map(|only| {

@@ -3,13 +3,13 @@
 //! After a wanted change of the look: run `scripts/bless`, look at what changed, commit it.
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
-use glam::{DVec3, Quat, Vec2, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::sync::{LazyLock, Mutex, PoisonError};
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance, Placement, Terrain};
 use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
-use windfall_core::simplify::{PruneOrder, Simplification};
+use windfall_core::simplify::{FadeBy, PruneOrder, Simplification};
 use windfall_core::tree::{Image, Material, Surface, Tree, Wood, WoodVertex};
 use windfall_core::wind::Wind;
 use windfall_gpu::{
@@ -419,18 +419,22 @@ fn culling_leaves_out_only_what_is_not_seen() {
     placed.instances.push(Instance { yaw: 0.0, ..stand(Vec3::new(0.0, 0.0, 55.0), 1) });
     let forest = upload(&trees, &placed, &Falls::none());
     let targets = targets();
-    let mut drawn = [[0; 4]; 5];
-    for (step, drawn) in drawn.iter_mut().enumerate() {
+    // Leaves that fade by opacity are never quads.
+    let steps =
+        (0..5).map(|step| (FadeBy::Size, step)).chain([(FadeBy::Opacity, 1), (FadeBy::Opacity, 4)]);
+    let mut drawn = [[0; 4]; 7];
+    for ((by, step), drawn) in steps.zip(&mut drawn) {
         let x = 10.0 * step as f32;
         let pictures = Culling::ALL.map(|culling| {
             let mut view = view([x, 1.7, 75.0], [x, 3.0, 0.0]);
             view.culling = culling;
+            view.view.detail.fade.by = by;
             let picture = paint_on(&targets, &forest, &view);
             drawn[culling as usize] = counts(&forest).visible;
             picture
         });
         for (picture, culling) in pictures.iter().zip(Culling::ALL) {
-            assert!(*picture == pictures[0], "step {step}: {culling}");
+            assert!(*picture == pictures[0], "step {step}, {by:?}: {culling}");
         }
     }
     for [off, clip_space, sphere, _] in drawn {
@@ -438,6 +442,32 @@ fn culling_leaves_out_only_what_is_not_seen() {
     }
     // The first frame knows of none before it; the second is all board; the last looks past it.
     assert!(drawn[0][3] == drawn[0][2] && drawn[1][3] < 10 && drawn[4][3] > 20, "{drawn:?}");
+}
+
+/// Off-centre views, as those of an eye of a headset or of a wall of screens, before a wood half of which a board hides.
+#[test]
+fn culling_leaves_out_only_what_an_off_centre_view_does_not_show() {
+    let trees = vec![Species::Birch.grow_with(1, 300), board()];
+    let placement = Placement { trees: 120, spacing: 6.0, seed: 3, ..Placement::default() };
+    let mut placed = placement.place(Terrain::flat(), &[1.0, 0.0]);
+    placed.instances.push(Instance { yaw: 0.0, ..stand(Vec3::new(-30.0, 0.0, 55.0), 1) });
+    let forest = upload(&trees, &placed, &Falls::none());
+    let targets = targets();
+    let aspect = SIZE.0 as f32 / SIZE.1 as f32;
+    let centred = Mat4::perspective_infinite_reverse_rh(0.8, aspect, 0.1);
+    for (x, y) in [(0.0, 0.0), (0.7, 0.0), (-0.7, 0.0), (0.5, 0.4)] {
+        let mut view = view([0.0, 1.7, 90.0], [0.0, 1.7, 0.0]);
+        let matrix = Mat4 { z_axis: Vec4::new(x, y, 0.0, -1.0), ..centred };
+        view.camera.projection = Projection::Matrix(matrix);
+        let [all, seen] = [Culling::Sphere, Culling::Occlusion].map(|culling| {
+            view.culling = culling;
+            paint_on(&targets, &forest, &view);
+            let picture = paint_on(&targets, &forest, &view);
+            (picture, counts(&forest).visible)
+        });
+        assert!(all.0 == seen.0, "{x} {y}: {} of {} trees", seen.1, all.1);
+        assert!(seen.1 < all.1, "{x} {y}: {} of {} trees", seen.1, all.1);
+    }
 }
 
 /// What the tolerance must not let pass: a later season, one tree of twelve less, a camera half a

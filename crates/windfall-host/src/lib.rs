@@ -1,4 +1,4 @@
-//! What Windfall's native programs share: a GPU device without a window, tree files, image files.
+//! What Windfall's native programs share: a GPU device without a window, tree files, image files, skies.
 //!
 //! The libraries open no device and no file. The program `windfall` and its measurements
 //! (`windfall-bench`) do both, through this crate. It is a part of programs, so its errors are
@@ -8,4 +8,5 @@
 pub mod device;
 pub mod file;
 pub mod image;
+pub mod sky;
 pub mod tree;

@@ -24,7 +24,7 @@ const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 const SHADOW_MAP: (u32, f32) = (2048, 40.0);
 
 /// Renders the host's second frame; `size` in pixels.
-pub fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
     let (device, queue) = device()?;
     let color = texture(&device, HDR, size, 1);
     let depth = texture(&device, DEPTH, size, 1).create_view(&Default::default());

@@ -7,11 +7,12 @@ use std::path::Path;
 use windfall::forest::{KeepOut, Placement, Terrain};
 use windfall::glam::{DVec3, Vec2};
 use windfall::tree::{ImportOptions, import};
-use windfall::{wgpu, *};
+use windfall::{Camera, Capture, Falls, Forest, Moment, Options, Picture};
+use windfall::{Recording, Renderer, Requirements, TreeModel, View, wgpu};
 
 const SIZE: wgpu::Extent3d = wgpu::Extent3d { width: 960, height: 540, depth_or_array_layers: 1 };
 
-pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
+pub(crate) fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
     let (name, bytes) = (tree.display().to_string(), std::fs::read(tree));
     let mut beside = |f: &str| std::fs::read(tree.with_file_name(f)).map_err(|e| e.to_string());
     let options = ImportOptions { height: Some(12.0), ..Default::default() };
@@ -54,7 +55,6 @@ pub fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
 }
 
 fn main() -> anyhow::Result<()> {
-    let usage = "usage: own_tree TREE.glb PICTURE.png";
-    let path = || std::env::args_os().skip(1);
-    render(path().next().context(usage)?.as_ref(), path().nth(1).context(usage)?.as_ref())
+    let path = |n| std::env::args_os().nth(n).context("usage: own_tree TREE.glb PICTURE.png");
+    render(path(1)?.as_ref(), path(2)?.as_ref())
 }

@@ -20,7 +20,7 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 const HDR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Renders both halves; `size` in pixels.
-pub fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
     let (device, queue) = device()?;
     let (width, height) = size;
     let multisampled = texture(&device, HDR, size, 4).create_view(&Default::default());
@@ -43,7 +43,7 @@ pub fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
         let placement = Placement { trees: 24, keep_out: vec![glade], seed, ..Default::default() };
         let placed = placement.place(Terrain::rolling(200.0, 2.0, seed), &[1.0]);
         let mut forest = Forest::new(&device, origin, placed.terrain, falls.clone())?;
-        forest.plant(&[maple.clone()], &placed.instances)?;
+        forest.plant(std::slice::from_ref(&maple), &placed.instances)?;
         forest.set_season(season)?;
         let eye = origin + DVec3::new(0.0, 2.2, 22.0);
         let camera = Camera::look_at(eye, origin + DVec3::new(0.0, 4.0, 0.0), 0.9, 0.1);

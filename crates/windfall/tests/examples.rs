@@ -1,4 +1,5 @@
 //! Runs the examples and holds their pictures against references.
+#![expect(clippy::duplicate_mod, reason = "each example has its own copy of what they share")]
 
 #[path = "../examples/host_pass.rs"]
 #[expect(dead_code, reason = "the test calls render, not main")]

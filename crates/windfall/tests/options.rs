@@ -71,13 +71,8 @@ fn tree() -> Tree {
     let image = Image { width: 1, height: 1, rgba: vec![90, 120, 40, 255] };
     let leaves = material(Surface::Texture(image, false));
     let palette = Palette { stops: vec![Vec3::ONE, Vec3::new(0.8, 0.4, 0.1)], spread: 0.2 };
-    let foliage = Foliage::assemble(
-        vec![leaf(3.0), leaf(4.0)],
-        vec![shape],
-        vec![leaves],
-        Some(palette),
-        1,
-    );
+    let foliage =
+        Foliage::assemble(vec![leaf(3.0), leaf(4.0)], vec![shape], vec![leaves], Some(palette), 1);
     let mut tree = Tree { name: "by hand".into(), wood, foliage };
     prepare(&mut tree);
     tree
@@ -202,7 +197,8 @@ fn every_option_is_built_through_the_facade() {
         let counts = CountReadback::encode(&device, &mut encoder, &forest, &state).unwrap();
         let capture = Capture::encode(&device, &mut encoder, &texture);
         queue.submit([encoder.finish()]);
-        (counts.map(), capture.map());
+        counts.map();
+        capture.map();
         device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         assert!(counts.take().unwrap().unwrap().trees.visible > 0, "view {i}");
         let rgba = capture.take().unwrap().unwrap();
@@ -221,8 +217,7 @@ fn a_host_of_every_kind_has_a_renderer() {
         wgpu::TextureFormat::Bgra8UnormSrgb,
         wgpu::TextureFormat::Rgba8Unorm,
     ];
-    let mut forest =
-        Forest::new(&device, DVec3::ZERO, Terrain::flat(), Falls::none()).unwrap();
+    let mut forest = Forest::new(&device, DVec3::ZERO, Terrain::flat(), Falls::none()).unwrap();
     let model = TreeModel::new(&device, &queue, &tree()).unwrap();
     forest.insert(&model, TreePlace::at(DVec3::ZERO, 1)).unwrap();
     for (i, color_format) in formats.into_iter().enumerate() {
@@ -253,8 +248,7 @@ fn a_host_of_every_kind_has_a_renderer() {
             usage: wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
-        let cascade =
-            HostCascade { clip_from_world: DMat4::IDENTITY, end: 10.0, texel: 0.1 };
+        let cascade = HostCascade { clip_from_world: DMat4::IDENTITY, end: 10.0, texel: 0.1 };
         let shadow = HostShadow {
             view: map.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),

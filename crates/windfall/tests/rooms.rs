@@ -131,7 +131,10 @@ fn rooms_of_the_renderer_use_only_those_before_them() {
 
 #[test]
 fn what_points_upward_is_found() {
-    assert_eq!(named("use crate::pass::wood;\n// crate::frame::x").into_iter().next(), Some("pass"));
+    assert_eq!(
+        named("use crate::pass::wood;\n// crate::frame::x").into_iter().next(),
+        Some("pass")
+    );
     assert!(named("#[cfg(test)]\nmod tests {\nuse crate::frame::X;").is_empty());
     let manifest = "[dependencies]\nwindfall-gpu.workspace = true\nwindfall-tree = { path = \"x\" }\n\
                     [dev-dependencies]\nwindfall-scenes.workspace = true\n";

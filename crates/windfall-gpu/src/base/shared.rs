@@ -208,7 +208,7 @@ const _: () = assert!(
 );
 
 gpu_struct! {
-    /// A list of trees that is drawn: which belong to it, and how they are simplified. The twin of
+    /// A list of trees that is drawn: which belong to it, and how they are simplified. As
     /// `windfall_core::simplify::Simplification`.
     pub struct TreeList {
         /// Planes of the view or of the shadow map, normals inwards.
@@ -253,8 +253,6 @@ gpu_struct! {
     pub struct CullFrame {
         /// The view, then the shadow maps.
         pub lists: [TreeList; crate::base::constants::VIEWS as usize],
-        /// Near plane of the view, metres.
-        pub near: f32,
         /// Width of the picture, pixels.
         pub width: f32,
         /// Height of the picture, pixels.
@@ -278,6 +276,8 @@ gpu_struct! {
         pub padding1: u32,
         /// Unused.
         pub padding2: u32,
+        /// Unused.
+        pub padding3: u32,
     }
 }
 

@@ -49,7 +49,7 @@ fn center_of(tree: TreeRecord, crown: Crown) -> vec3<f32> {
     return tree.position + turned * tree.scale;
 }
 
-// How far a part of a tree is moved by the wind at most, metres: the twin of windfall_core::sway::farthest.
+// How far a part of a tree is moved by the wind at most, metres: as windfall_core::sway::farthest.
 fn farthest_sway(speed: f32, high: f32) -> f32 {
     return min(speed * speed * 1.5e-4 * high * sqrt(high), 0.03 * high) + 0.03 * min(speed, 8.0);
 }
@@ -100,14 +100,24 @@ fn hidden(clip_from_world: mat4x4<f32>, center: vec3<f32>, radius: f32) -> bool 
     // Rows of x, y and w: scaled axes of the camera.
     let m = transpose(clip_from_world);
     let at = vec3(dot(m[0], vec4(center, 1.0)), dot(m[1], vec4(center, 1.0)), dot(m[3], vec4(center, 1.0)));
-    let near_side = at.z - radius;
-    if near_side <= cull.near {
+    // Clip z is a share of w and a constant: a pinhole's near plane, or what a host's matrix has. An orthographic view
+    // hides nothing.
+    let forward = m[3].xyz;
+    if dot(forward, forward) < 0.5 {
         return false;
     }
-    // In units in which the edge of the picture is at 1 and w is the distance.
-    let stretch = vec2(length(m[0].xyz), length(m[1].xyz));
-    let low = vec2(bound(at.x / stretch.x, at.z, radius, -1.0), bound(at.y / stretch.y, at.z, radius, -1.0)) * stretch;
-    let high = vec2(bound(at.x / stretch.x, at.z, radius, 1.0), bound(at.y / stretch.y, at.z, radius, 1.0)) * stretch;
+    let share = dot(m[2].xyz, forward);
+    let constant = m[2].w - share * m[3].w;
+    let near_side = at.z - radius;
+    if near_side * (1.0 - share) <= constant {
+        return false;
+    }
+    // In units in which the edge of the picture is at 1 and w is the distance; off-centre views are sheared.
+    let shear = vec2(dot(m[0].xyz, forward), dot(m[1].xyz, forward));
+    let stretch = vec2(length(m[0].xyz - shear.x * forward), length(m[1].xyz - shear.y * forward));
+    let middle = (at.xy - shear * at.z) / stretch;
+    let low = vec2(bound(middle.x, at.z, radius, -1.0), bound(middle.y, at.z, radius, -1.0)) * stretch + shear;
+    let high = vec2(bound(middle.x, at.z, radius, 1.0), bound(middle.y, at.z, radius, 1.0)) * stretch + shear;
     let size = vec2(cull.width, cull.height);
     // Rows of pixels go down.
     let first = clamp(vec2(0.5 + 0.5 * low.x, 0.5 - 0.5 * high.y) * size - 1.0, vec2(0.0), size - 1.0);
@@ -123,7 +133,7 @@ fn hidden(clip_from_world: mat4x4<f32>, center: vec3<f32>, radius: f32) -> bool 
             farthest = min(farthest, textureLoad(pyramid, vec2(x, y), i32(level)).r);
         }
     }
-    return cull.near / near_side < farthest;
+    return share + constant / near_side < farthest;
 }
 
 // One side of a circle about (x, z), seen from the origin, on the line z = 1.
@@ -323,7 +333,7 @@ fn normal_square(crown: Crown, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return dot(crown.normal_squares, a * b) + 0.5 * dot(crown.normal_products, a * b.yzx + a.yzx * b);
 }
 
-// Of the sun on a tree's leaves, on the viewer's side and from behind: the twin of
+// Of the sun on a tree's leaves, on the viewer's side and from behind: as
 // windfall_core::simplify::Shading::mean_cosines.
 fn mean_cosines(crown: Crown, tree: TreeRecord, view: vec3<f32>) -> vec2<f32> {
     let light = turned_back(tree, frame.sun_direction);

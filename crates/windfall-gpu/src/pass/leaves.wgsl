@@ -75,7 +75,7 @@ fn surface_of(material: u32) -> Surface {
     return surfaces[material & 0xffu];
 }
 
-// How much of a leaf is seen (SFS, equation 6): the twin of windfall_core::simplify.
+// How much of a leaf is seen (SFS, equation 6), as in windfall_core::simplify.
 fn leaf_seen(tree: Tree, leaf: u32) -> f32 {
     let rank = f32(leaf) / f32(model.leaf_count);
     let seen = clamp((tree.fade_growth.x - rank) * tree.fade_growth.y, 0.0, 1.0);

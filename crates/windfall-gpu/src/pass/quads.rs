@@ -39,47 +39,21 @@ pub const QUADS: Module = Module {
     source: |settings| compose(settings, &[text::QUADS, include_str!("quads.wgsl")]),
 };
 
-/// Pipelines of quads, whatever leaves they are of.
+/// Pipelines that arrange and spread quads, whatever leaves they are of.
 pub struct Quads {
     arrange: wgpu::ComputePipeline,
     /// Of trees whose leaves are small, and of simplified trees.
     spread_hanging: [wgpu::ComputePipeline; 2],
-    draw: wgpu::RenderPipeline,
-    /// The triangles of a batch.
-    indices: wgpu::Buffer,
 }
 
 impl Quads {
-    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts, target: Target) -> Self {
-        let indices: Vec<u16> = (0..BATCH)
-            .flat_map(|quad| [0, 1, 2, 0, 2, 3].map(|corner| (4 * quad + corner) as u16))
-            .collect();
+    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts) -> Self {
         let groups = [&layouts.frame, &layouts.part, &layouts.spread_quads];
         Self {
             arrange: shaders.compute(&ARRANGE_QUADS, "arrange", &[&layouts.arrange_quads], &[]),
             spread_hanging: [0.0, 1.0].map(|far| {
                 let constants = [("far", far), ("lit", 1.0), ("lit_at_vertices", 1.0)];
                 shaders.compute(&HANGING_QUADS, "spread", &groups, &constants)
-            }),
-            draw: shaders.pipeline(&Draw {
-                label: "quads",
-                module: &QUADS,
-                groups: &[&layouts.frame],
-                buffers: &[wgpu::VertexBufferLayout {
-                    array_stride: CORNER,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
-                }],
-                cull: None,
-                vertex: "vertex",
-                fragment: Some("fragment"),
-                target,
-                constants: &[],
-            }),
-            indices: shaders.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("triangles of quads"),
-                contents: bytemuck::cast_slice(&indices),
-                usage: wgpu::BufferUsages::INDEX,
             }),
         }
     }
@@ -109,11 +83,49 @@ impl Quads {
             }
         }
     }
+}
+
+/// Draws quads into one kind of target.
+pub struct DrawQuads {
+    pipeline: wgpu::RenderPipeline,
+    /// The triangles of a batch.
+    indices: wgpu::Buffer,
+}
+
+impl DrawQuads {
+    /// Pipelines for a target with colours, or one of depth alone.
+    pub fn new(shaders: &Shaders<'_>, layouts: &Layouts, target: Target) -> Self {
+        let indices: Vec<u16> = (0..BATCH)
+            .flat_map(|quad| [0, 1, 2, 0, 2, 3].map(|corner| (4 * quad + corner) as u16))
+            .collect();
+        Self {
+            pipeline: shaders.pipeline(&Draw {
+                label: "quads",
+                module: &QUADS,
+                groups: &[&layouts.frame],
+                buffers: &[wgpu::VertexBufferLayout {
+                    array_stride: CORNER,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
+                }],
+                cull: None,
+                vertex: "vertex",
+                fragment: target.lit().then_some("fragment"),
+                target,
+                constants: &[],
+            }),
+            indices: shaders.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("triangles of quads"),
+                contents: bytemuck::cast_slice(&indices),
+                usage: wgpu::BufferUsages::INDEX,
+            }),
+        }
+    }
 
     /// Draws what was spread.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, quads: &HangingQuads) {
         let QuadBuffers { corners, arguments, draws } = &quads.buffers;
-        pass.set_pipeline(&self.draw);
+        pass.set_pipeline(&self.pipeline);
         pass.set_vertex_buffer(0, corners.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
         pass.multi_draw_indexed_indirect(arguments, 0, *draws);

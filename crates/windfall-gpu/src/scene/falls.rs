@@ -77,7 +77,7 @@ impl Falls {
 /// Bytes of a slot.
 const SLOT_BYTES: u64 = 32;
 
-/// What is bound where there is nothing: as large as the largest element.
+/// Stands in for an empty buffer: zeros of the largest element.
 pub const EMPTY: &[u8] = &[0; size_of::<Model>()];
 
 /// Words of the forest's counters.

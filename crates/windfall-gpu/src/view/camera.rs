@@ -84,6 +84,9 @@ pub enum ViewError {
     /// The forest has not been advanced to a moment yet.
     #[error("the forest was not advanced to a moment before it was drawn")]
     NotAdvanced,
+    /// The forest has been made anew, for trees that it had no room for, since the view was prepared.
+    #[error("the forest has grown since the view was prepared")]
+    NotPrepared,
 }
 
 /// A camera as passes have it: relative to a forest's origin.

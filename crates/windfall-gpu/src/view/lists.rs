@@ -73,7 +73,6 @@ pub fn cull_frame(
     let tables = &buffers.tables;
     CullFrame {
         lists,
-        near: eye.near,
         width: eye.width as f32,
         height: eye.height as f32,
         tree_count: tables.records.len() as u32,

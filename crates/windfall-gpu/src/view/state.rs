@@ -171,7 +171,7 @@ pub(crate) fn frame_group(
     )
 }
 
-/// What is bound where there is nothing.
+/// Stands in for an empty buffer.
 pub(crate) struct Placeholders {
     /// A shadow map without a shadow.
     pub maps: wgpu::TextureView,
@@ -304,6 +304,17 @@ impl ViewState {
             placeholders,
             device: device.clone(),
         }
+    }
+
+    /// Whether what was prepared is of this forest, and of all that it has now.
+    pub(crate) fn check(&self, forest: &Forest) -> Result<(), ViewError> {
+        if forest.id() != self.forest {
+            return Err(ViewError::OtherForest);
+        }
+        if self.buffers.is_some() && self.structure != forest.structure() {
+            return Err(ViewError::NotPrepared);
+        }
+        Ok(())
     }
 
     /// Makes what the forest has outgrown anew.

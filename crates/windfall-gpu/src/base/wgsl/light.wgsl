@@ -19,7 +19,7 @@ fn sky_radiance(direction: vec3<f32>) -> vec3<f32> {
     return textureSampleLevel(sky_table, sky_sampler, (at * (SKY_SIDE - 1.0) + 0.5) / SKY_SIDE, 0.0).rgb;
 }
 
-// Light from all around on the two sides of a surface, as irradiance over pi: the twin of
+// Light from all around on the two sides of a surface, as irradiance over pi: as
 // windfall_core::light::Ambient.
 struct TwoSided {
     front: vec3<f32>,

@@ -1,4 +1,4 @@
-// Where a falling leaf is: the twin of windfall_core::path (playback, landing, variation), of
+// Where a falling leaf is, as in windfall_core::path (playback, landing, variation), of
 // windfall_core::wind and of windfall_core::forest::Terrain.
 
 fn quat_mul(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {

@@ -1,4 +1,4 @@
-// How a tree is drawn at its distance: the twin of windfall_core::simplify, equations 1 to 6.
+// How a tree is drawn at its distance, equations 1 to 6: windfall_core::simplify is the reference.
 
 struct Level {
     lambda: f32,

@@ -1,4 +1,4 @@
-// Trees in the wind: the twin of windfall_core::sway.
+// Trees in the wind: windfall_core::sway is the reference.
 
 // Sine of an angle in turns, to a thousandth: two parabolas, corrected once.
 fn wave(turns: f32) -> f32 {

@@ -1,4 +1,4 @@
-//! The shaders' light and motion against their twins in `windfall-core`: the shipped functions, run
+//! The shaders' light and motion against `windfall-core`: the shipped functions, run
 //! over buffers.
 
 use crate::base::shared::{Frame, SkyUniform};

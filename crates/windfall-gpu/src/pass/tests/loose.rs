@@ -4,7 +4,7 @@ use super::{Gpu, Watched};
 use crate::base::shared::LooseLeaf;
 use crate::{Camera, Falls, Forest, ForestError, Quality, TreeModel, TreePlace, View};
 use glam::{DVec3, Quat, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use windfall_core::foliage::Leaf;
 use windfall_core::forest::{Forest as Placed, Placement, Terrain};
 use windfall_core::path::{Fall, LeafFall, Phase, Variation};
@@ -350,8 +350,16 @@ fn a_dropped_encoder_leaves_nothing_wrong_behind() {
     let expected = scene.watched().sorted(60.0);
     let mut watched = scene.watched();
     let view = from_far(DVec3::ZERO);
-    for (time, season) in [(10.0, 0.5), (70.0, 0.5), (50.0, 0.9), (300.0, 0.5), (20.0, 0.1)] {
-        watched.leaves(5.0);
+    // Whatever was drawn before: slots hold leaves of that time, earlier or later than the dropped frame's.
+    for (drawn, time, season) in [
+        (5.0, 10.0, 0.5),
+        (5.0, 70.0, 0.5),
+        (90.0, 50.0, 0.5),
+        (5.0, 50.0, 0.9),
+        (5.0, 300.0, 0.5),
+        (200.0, 20.0, 0.1),
+    ] {
+        watched.leaves(drawn);
         watched.forest.set_season(season).unwrap();
         drop(watched.record(gpu, time, &view, (8, 8)));
         watched.forest.set_season(0.5).unwrap();
@@ -444,6 +452,65 @@ fn a_changed_forest_is_as_one_that_was_made_so() {
     assert!(TreeModel::new(&gpu.device, &gpu.queue, &whole.trees[0]).unwrap() != model);
 }
 
+/// Slots may hold leaves of a later time than that of a frame which was never submitted: what is thrown in between is
+/// taken out of them all the same.
+#[test]
+fn a_leaf_that_is_thrown_in_a_dropped_frame_is_there_once() {
+    let gpu = Gpu::get();
+    let mut scene = scene(200_000);
+    let (tree, first) = (3, 0);
+    scene.thrown = vec![(tree, first, 10.0)];
+    let mut watched = scene.watched();
+    watched.leaves(100.0);
+    // A leaf that the season has taken by then, and had not when it is thrown.
+    let instance = &scene.placed.instances[tree as usize];
+    let foliage = &scene.trees[instance.model as usize].foliage;
+    let Falls { shedding, wind, .. } = &scene.falls;
+    let shed = shedding.tree(instance, foliage.leaves.len() as u32, wind);
+    let taken = |rank| shedding.detach_time(&shed, Shedding::gust_rate(wind), rank);
+    let rank = (0..shed.leaves).find(|&rank| taken(rank) > 70.0).unwrap();
+    assert!(taken(rank) < 90.0);
+    let leaf = foliage.shed_order[rank as usize];
+    scene.thrown.push((tree, leaf, 40.0));
+    watched.forest.throw(watched.ids[tree as usize], leaf, 40.0).unwrap();
+    drop(watched.record(gpu, 50.0, &from_far(DVec3::ZERO), (8, 8)));
+    assert!(watched.sorted(100.5) == scene.watched().sorted(100.5));
+}
+
+/// Models are uploaded once, and a forest of none of its trees is a forest.
+#[test]
+fn trees_come_and_go_with_the_models_that_there_are() {
+    let gpu = Gpu::get();
+    let scene = scene(6_000);
+    let mut watched = scene.watched();
+    let expected = watched.sorted(60.0);
+    // Trees that came and went before anybody saw them.
+    let models = watched.models.clone();
+    let passing = watched.forest.insert(&models[0], TreePlace::at(DVec3::X, 5)).unwrap();
+    watched.forest.throw(passing, 0, 5.0).unwrap();
+    watched.forest.remove(passing).unwrap();
+    assert!(watched.sorted(60.0) == expected, "passing");
+    assert_eq!(watched.forest.models().count(), models.len());
+    let ids = watched.ids.clone();
+    for &id in &ids {
+        watched.forest.remove(id).unwrap();
+    }
+    assert_eq!(watched.sorted(60.0), (Vec::new(), [0, 0]));
+    assert_eq!(watched.forest.totals(), crate::ForestTotals::default());
+    watched.ids = watched.forest.plant(&models, &scene.placed.instances).unwrap();
+    assert!(watched.ids.iter().all(|id| !ids.contains(id)));
+    assert!(watched.sorted(60.0) == expected, "planted again");
+    // The same models in another forest; their buffers are the same.
+    let of = |watched: &Watched| {
+        let models = watched.forest.buffers().unwrap().models.iter();
+        models.map(|(model, _)| model.leaves.vertices.clone()).collect::<Vec<_>>()
+    };
+    let falls = scene.falls.clone();
+    let mut other = Watched::of_models(gpu, DVec3::ZERO, models, &scene.placed, falls);
+    assert!(other.sorted(60.0) == expected, "another forest");
+    assert_eq!(of(&other), of(&watched));
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let scene = scene(1_000);
@@ -459,6 +526,10 @@ fn what_cannot_be_is_refused() {
         TreePlace { season_offset: f32::NAN, ..good },
     ] {
         assert!(matches!(forest.insert(&model, bad), Err(ForestError::Number { .. })), "{bad:?}");
+        if bad.season_offset == 0.0 {
+            let moved = forest.set_transform(id, bad.position, bad.yaw, bad.scale);
+            assert!(matches!(moved, Err(ForestError::Number { .. })), "{bad:?}");
+        }
     }
     assert!(matches!(forest.throw(id, 1 << 30, 0.0), Err(ForestError::NoSuchLeaf { .. })));
     assert!(matches!(forest.throw(id, 0, f64::NAN), Err(ForestError::Number { .. })));
@@ -497,6 +568,8 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
     let gpu = Gpu::get();
     let mut scene = scene(1_000_000);
     scene.placed.instances.truncate(1);
+    // Some are thrown besides, whether they are drawn or not.
+    scene.thrown = (0..400).map(|i| (0, 11 * i, 60.0 + 0.05 * f64::from(i))).collect();
     let tree = &scene.trees[scene.placed.instances[0].model as usize];
     let leaves = tree.foliage.leaves.len() as f32;
     let eye = DVec3::new(0.0, 6.0, 100.0);
@@ -520,8 +593,10 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
     let gone = detached as f32 / leaves;
     assert!((0.3..0.7).contains(&gone), "{gone}");
     // Leaves of the prefix, by whether they have left.
-    let kept = tree.foliage.leaves.iter().take((lambda * leaves).floor() as usize);
-    let (off, on): (Vec<&Leaf>, Vec<&Leaf>) = kept.partition(|leaf| leaf.shed_rank < detached);
+    let kept = (0..).zip(tree.foliage.leaves.iter().take((lambda * leaves).floor() as usize));
+    let thrown: HashSet<u32> = scene.thrown.iter().map(|t| t.1).collect();
+    let (off, on): (Vec<(u32, &Leaf)>, Vec<_>) =
+        kept.partition(|(i, leaf)| leaf.shed_rank < detached || thrown.contains(i));
     let drawn = watched.drawn().0.len();
     // One leaf more or less where λN is no whole number.
     assert!(
@@ -530,4 +605,13 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
         off.len()
     );
     assert!(!on.is_empty() && off.len() > 100);
+    // All leaves on the twigs are quads here: those of leaves that have left have no area.
+    let quads = &watched.buffers().quads.as_ref().unwrap().buffers;
+    let words = gpu.words(&quads.arguments);
+    let count: u32 = words.chunks(5).take(quads.draws as usize).map(|draw| draw[0] / 6).sum();
+    assert!(count as usize >= on.len() + off.len(), "{count} quads");
+    let corners = gpu.words(&quads.corners);
+    let hanging =
+        corners.chunks(16).take(count as usize).filter(|quad| quad[..4] != [0; 4]).count();
+    assert!(hanging.abs_diff(on.len()) <= 1, "{hanging} leaves hang, {} should", on.len());
 }

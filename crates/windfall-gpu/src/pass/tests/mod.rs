@@ -1,8 +1,10 @@
 //! The shipped shaders against their CPU references.
 
+mod hosts;
 mod light;
 mod lists;
 mod loose;
+mod projections;
 mod quads;
 
 use crate::scene::falls::Bin;

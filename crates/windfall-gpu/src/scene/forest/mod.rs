@@ -184,6 +184,8 @@ pub struct Forest {
     pub(crate) ground: GroundMesh,
     /// The moment that was recorded last.
     pub(crate) moment: Moment,
+    /// The latest that was recorded since all slots were filled anew: they may hold what had detached by then.
+    latest: f64,
     /// Linear colour of its litter.
     pub(crate) litter: Vec3,
     /// The moment's uniforms, and the structure that they are of.
@@ -267,6 +269,7 @@ impl Forest {
             generation: 1,
             revision: 0,
             moment: Moment::at(0.0),
+            latest: f64::NEG_INFINITY,
             litter: Vec3::ZERO,
             moment_group: None,
         })
@@ -538,7 +541,7 @@ impl Forest {
         &self.local_wind
     }
 
-    /// What is on the GPU; there after the first [`Forest::sync`].
+    /// What is on the GPU; there after the first [`Forest::begin`].
     pub(crate) fn buffers(&self) -> Option<&ForestBuffers> {
         self.buffers.as_ref()
     }
@@ -637,6 +640,7 @@ impl Forest {
     /// Wind or shedding are other ones: every tree sheds at other times, every leaf lies elsewhere.
     fn reseason(&mut self) {
         self.generation += 1;
+        self.latest = self.moment.time;
         self.revision += 1;
         let Some(buffers) = &mut self.buffers else { return };
         let frame = &mut buffers.loose.frame;

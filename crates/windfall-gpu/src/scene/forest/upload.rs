@@ -1,6 +1,6 @@
 //! What is in the GPU's memory of a forest, and how it follows the forest's changes.
 
-use super::{Forest, ForestError, GONE, Planted, Tree};
+use super::{Forest, ForestError, GONE, Moment, Planted, Tree};
 use crate::base::shared::{Model, TreeRecord};
 use crate::scene::events::{Scripted, scripted_key};
 use crate::scene::falls::{LooseState, scripted_buffer, storage};
@@ -23,8 +23,14 @@ pub(crate) struct ForestBuffers {
 }
 
 impl Forest {
-    /// Brings the GPU's memory up to date with what has changed.
-    pub(crate) fn sync(&mut self, queue: &wgpu::Queue) -> Result<(), ForestError> {
+    /// Begins a moment: brings the GPU's memory up to date with what has changed.
+    pub(crate) fn begin(&mut self, queue: &wgpu::Queue, moment: Moment) -> Result<(), ForestError> {
+        self.moment = moment;
+        self.latest = self.latest.max(moment.time);
+        self.sync(queue)
+    }
+
+    fn sync(&mut self, queue: &wgpu::Queue) -> Result<(), ForestError> {
         let homeless = std::mem::take(&mut self.homeless);
         for &index in &homeless {
             let Tree { model, slot: None, .. } = self.trees[index] else { continue };
@@ -154,6 +160,7 @@ impl Forest {
         self.rebuild = false;
         self.structure += 1;
         self.generation += 1;
+        self.latest = self.moment.time;
         for index in 0..self.trees.len() {
             let model = self.trees[index].model;
             if model == GONE {
@@ -223,7 +230,7 @@ impl Forest {
         }
         let record = self.record(index);
         let leaves = self.planted[model].model.leaf_count;
-        let [now, _] = self.clock(self.moment.time);
+        let [latest, _] = self.clock(self.latest);
         let records = &self.planted[model].model.loose.records;
         let in_season = |leaf: u32| self.detach_time(&record, leaves, records[leaf as usize].rank);
         // Leaves that the season takes before are not thrown.
@@ -233,7 +240,7 @@ impl Forest {
             .filter(|&(leaf, time)| time < in_season(leaf))
             .collect();
         // Streams of the season have to leave out what they may hold already.
-        let held = new.iter().any(|&(leaf, _)| in_season(leaf) <= now);
+        let held = new.iter().any(|&(leaf, _)| in_season(leaf) <= latest);
         let key = scripted_key(record.seed, record.position);
         let shapes = &self.planted[model].model.loose.shape_of;
         let Some(buffers) = &mut self.buffers else { return true };
