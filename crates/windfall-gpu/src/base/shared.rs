@@ -253,6 +253,8 @@ gpu_struct! {
     pub struct CullFrame {
         /// The view, then the shadow maps.
         pub lists: [TreeList; crate::base::constants::VIEWS as usize],
+        /// Near plane of the view, metres.
+        pub near: f32,
         /// Width of the picture, pixels.
         pub width: f32,
         /// Height of the picture, pixels.
@@ -276,8 +278,6 @@ gpu_struct! {
         pub padding1: u32,
         /// Unused.
         pub padding2: u32,
-        /// Unused.
-        pub padding3: u32,
     }
 }
 

@@ -100,24 +100,14 @@ fn hidden(clip_from_world: mat4x4<f32>, center: vec3<f32>, radius: f32) -> bool 
     // Rows of x, y and w: scaled axes of the camera.
     let m = transpose(clip_from_world);
     let at = vec3(dot(m[0], vec4(center, 1.0)), dot(m[1], vec4(center, 1.0)), dot(m[3], vec4(center, 1.0)));
-    // Clip z is a share of w and a constant: a pinhole's near plane, or what a host's matrix has. An orthographic view
-    // hides nothing.
-    let forward = m[3].xyz;
-    if dot(forward, forward) < 0.5 {
-        return false;
-    }
-    let share = dot(m[2].xyz, forward);
-    let constant = m[2].w - share * m[3].w;
     let near_side = at.z - radius;
-    if near_side * (1.0 - share) <= constant {
+    if near_side <= cull.near {
         return false;
     }
-    // In units in which the edge of the picture is at 1 and w is the distance; off-centre views are sheared.
-    let shear = vec2(dot(m[0].xyz, forward), dot(m[1].xyz, forward));
-    let stretch = vec2(length(m[0].xyz - shear.x * forward), length(m[1].xyz - shear.y * forward));
-    let middle = (at.xy - shear * at.z) / stretch;
-    let low = vec2(bound(middle.x, at.z, radius, -1.0), bound(middle.y, at.z, radius, -1.0)) * stretch + shear;
-    let high = vec2(bound(middle.x, at.z, radius, 1.0), bound(middle.y, at.z, radius, 1.0)) * stretch + shear;
+    // In units in which the edge of the picture is at 1 and w is the distance.
+    let stretch = vec2(length(m[0].xyz), length(m[1].xyz));
+    let low = vec2(bound(at.x / stretch.x, at.z, radius, -1.0), bound(at.y / stretch.y, at.z, radius, -1.0)) * stretch;
+    let high = vec2(bound(at.x / stretch.x, at.z, radius, 1.0), bound(at.y / stretch.y, at.z, radius, 1.0)) * stretch;
     let size = vec2(cull.width, cull.height);
     // Rows of pixels go down.
     let first = clamp(vec2(0.5 + 0.5 * low.x, 0.5 - 0.5 * high.y) * size - 1.0, vec2(0.0), size - 1.0);
@@ -133,7 +123,7 @@ fn hidden(clip_from_world: mat4x4<f32>, center: vec3<f32>, radius: f32) -> bool 
             farthest = min(farthest, textureLoad(pyramid, vec2(x, y), i32(level)).r);
         }
     }
-    return share + constant / near_side < farthest;
+    return cull.near / near_side < farthest;
 }
 
 // One side of a circle about (x, z), seen from the origin, on the line z = 1.

@@ -100,7 +100,7 @@ pub struct Eye {
     pub pixels: f32,
     pub orthographic: bool,
     pub depth_from_w: Vec2,
-    /// Near plane of a pinhole, else 0.
+    /// Near plane of a pinhole with the far plane at infinity; 0 of an orthographic view.
     pub near: f32,
     /// Half of the view's angles as tangents: along, up.
     pub tangents: Vec2,
@@ -167,10 +167,6 @@ impl Camera {
         let forward = self.forward();
         // Rows: what a metre at one metre (or, of an orthographic view, anywhere) takes of the picture.
         let pixels = 0.5 * height as f32 * projection.y_axis.y.abs();
-        let near = match self.projection {
-            Projection::Perspective { near, .. } => near,
-            Projection::Matrix(_) => 0.0,
-        };
         let eye = Eye {
             clip_from_world: projection * view_from_world,
             position: local,
@@ -179,7 +175,7 @@ impl Camera {
             orthographic,
             // Along the view w is the distance: z = -w in the camera's space.
             depth_from_w: Vec2::new(-projection.z_axis.z, projection.w_axis.z),
-            near,
+            near: if orthographic { 0.0 } else { projection.w_axis.z },
             // The farther of both sides, where the view is off-centre.
             tangents: Vec2::new(
                 (1.0 + projection.z_axis.x.abs()) / projection.x_axis.x.abs(),

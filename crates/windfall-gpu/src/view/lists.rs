@@ -65,7 +65,11 @@ pub fn cull_frame(
     wind_speed: f32,
 ) -> CullFrame {
     let mut lists = [TreeList::zeroed(); VIEWS as usize];
-    lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, view.culling);
+    let culling = match view.culling {
+        Culling::Occlusion if !centred(eye.clip_from_world) => Culling::Sphere,
+        culling => culling,
+    };
+    lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, culling);
     for (list, cascade) in lists[1..].iter_mut().zip(cascades) {
         let detail = &view.shadow_detail;
         *list = TreeList::new(cascade.clip_from_world, eye, detail, Culling::Sphere);
@@ -73,6 +77,7 @@ pub fn cull_frame(
     let tables = &buffers.tables;
     CullFrame {
         lists,
+        near: eye.near,
         width: eye.width as f32,
         height: eye.height as f32,
         tree_count: tables.records.len() as u32,
@@ -83,6 +88,14 @@ pub fn cull_frame(
         shadow_reach: if cascades.is_empty() { 0.0 } else { LOOSE_SHADOWS },
         ..CullFrame::zeroed()
     }
+}
+
+/// Whether a view is what the kernel finds hidden trees for: in perspective, with the axis through the middle of the
+/// picture and the far plane at infinity. Others are culled by spheres.
+fn centred(clip_from_world: Mat4) -> bool {
+    let forward = clip_from_world.row(3).truncate();
+    let across = [0, 1, 2].map(|row| clip_from_world.row(row).truncate().dot(forward).abs());
+    forward.length_squared() > 0.5 && across.iter().all(|share| *share < 1e-4)
 }
 
 /// The lists of one view of a forest on the GPU.
