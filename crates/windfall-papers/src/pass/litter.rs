@@ -1,7 +1,6 @@
 //! Eliminated leaves: static geometry (VB 5).
 
-use super::{POSE, PassLayouts, Pipelines, VertexInput, with_leaves};
-use crate::buffers::LeafBuffers;
+use super::{POSE, PassLayouts, VertexInput, with_leaves};
 use crate::shared::LitterLeaf;
 use windfall_gpu::internals::{Module, ShapeVertex};
 
@@ -26,16 +25,5 @@ pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
         vertex: "lying",
         groups: vec![&layouts.frame, &layouts.part, &layouts.tables],
         buffers: vec![ShapeVertex::LAYOUT, leaf],
-    }
-}
-
-pub(super) fn draw(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
-    let list = &leaves.lists.litter;
-    pass.set_bind_group(2, &leaves.tables_group, &[]);
-    for (_, shape, range) in leaves.draws(list) {
-        pipelines.set(pass, shape);
-        shape.buffers().set(pass);
-        pass.set_vertex_buffer(1, list.buffer.slice(..));
-        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

@@ -8,6 +8,7 @@ pub mod occlusion;
 pub mod vertex;
 pub mod vertex_buffer;
 
+use crate::arena::Arena;
 use crate::arena::BLOCK_SIZE;
 use crate::buffers::{LEAF_TEXELS, LeafBuffers, Posed, RegionShape, VERTEX_ROW};
 use crate::options::Strategy;
@@ -333,15 +334,31 @@ impl PublishedPasses {
             (Some(occlusion), Some(visible)) => occlusion.draw(pass, leaves, visible),
             _ => draw_active(pass, leaves, self.falling.of(shadow)),
         }
-        litter::draw(pass, leaves, self.litter.of(shadow));
+        draw_list(pass, leaves, &leaves.lists.litter, self.litter.of(shadow));
     }
 }
 
 /// Draws the active leaves as the strategy has posed them.
 fn draw_active(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
     match &leaves.posed {
-        Posed::Nothing => vertex::draw(pass, leaves, pipelines),
+        Posed::Nothing => draw_list(pass, leaves, &leaves.lists.active, pipelines),
         Posed::Leaves(posed) => fragment::draw(pass, leaves, posed, pipelines),
         Posed::Vertices(posed) => vertex_buffer::draw(pass, leaves, posed, pipelines),
+    }
+}
+
+/// Draws a list whose elements are instances.
+fn draw_list<T: bytemuck::Pod>(
+    pass: &mut wgpu::RenderPass<'_>,
+    leaves: &LeafBuffers,
+    list: &Arena<T>,
+    pipelines: &Pipelines,
+) {
+    pass.set_bind_group(2, &leaves.tables_group, &[]);
+    for (_, shape, range) in leaves.draws(list) {
+        pipelines.set(pass, shape);
+        shape.buffers().set(pass);
+        pass.set_vertex_buffer(1, list.buffer.slice(..));
+        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

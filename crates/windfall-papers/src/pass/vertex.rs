@@ -1,7 +1,6 @@
 //! Strategy `vertex` (VB 6, first): every vertex of an active leaf poses the leaf.
 
-use super::{ACTIVE_LEAF, POSE, PassLayouts, Pipelines, VISIBILITY, VertexInput, with_leaves};
-use crate::buffers::LeafBuffers;
+use super::{ACTIVE_LEAF, POSE, PassLayouts, VISIBILITY, VertexInput, with_leaves};
 use crate::shared::FallingLeaf;
 use windfall_gpu::internals::{Module, ShapeVertex};
 
@@ -37,16 +36,5 @@ pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
         vertex: "falling",
         groups: vec![&layouts.frame, &layouts.part, &layouts.tables],
         buffers: vec![ShapeVertex::LAYOUT, leaf],
-    }
-}
-
-pub(super) fn draw(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
-    let list = &leaves.lists.active;
-    pass.set_bind_group(2, &leaves.tables_group, &[]);
-    for (_, shape, range) in leaves.draws(list) {
-        pipelines.set(pass, shape);
-        shape.buffers().set(pass);
-        pass.set_vertex_buffer(1, list.buffer.slice(..));
-        pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }
