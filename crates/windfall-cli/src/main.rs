@@ -5,6 +5,7 @@
 
 mod output;
 mod path;
+mod reading;
 mod render;
 mod simplify;
 mod tree;

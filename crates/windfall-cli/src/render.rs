@@ -1,6 +1,7 @@
 //! `windfall render`: a scene to a picture or a film.
 
 use crate::output::{Film, Output};
+use crate::reading::{ReadArgs, Switch, parse_switch, print_notes};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -8,6 +9,7 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_core::tree::Tree;
 use windfall_gpu::{
@@ -36,12 +38,11 @@ pub struct Args {
     /// Number of trees
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
-    /// Scale every --tree to this height, metres
-    #[arg(long, value_name = "M", requires = "tree")]
-    height: Option<f32>,
-    /// Node, mesh or material of the --tree files that is leaves; may be given again
-    #[arg(long, value_name = "NAME", requires = "tree")]
-    leaves: Vec<String>,
+    #[command(flatten)]
+    read: ReadArgs,
+    /// What is wood in the --tree files: as for --leaves
+    #[arg(long, value_name = "NAME|N", requires = "tree")]
+    wood: Vec<String>,
     /// Species whose autumn colours the leaves of the --tree files take
     #[arg(long, value_name = "SPECIES", requires = "tree")]
     palette: Option<String>,
@@ -75,7 +76,7 @@ pub struct Args {
     elimination: Option<Elimination>,
     /// Skip leaves in the air that are not seen, for some frames: on or off (not for compute)
     #[arg(long, value_name = "on|off", value_parser = parse_switch)]
-    leaf_occlusion: Option<bool>,
+    leaf_occlusion: Option<Switch>,
     /// What the picture may cost: low, medium or high
     #[arg(long, value_name = "NAME")]
     quality: Option<QualityPreset>,
@@ -116,14 +117,6 @@ pub struct Args {
     out: String,
 }
 
-fn parse_switch(text: &str) -> Result<bool, String> {
-    match text {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err("is neither on nor off".to_owned()),
-    }
-}
-
 fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
@@ -137,6 +130,8 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
 struct Report {
     adapter: String,
     size: (u32, u32),
+    /// What there is to say about the files that were read.
+    notes: Vec<Note>,
     frames: Vec<FrameReport>,
 }
 
@@ -193,7 +188,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
-    let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry))?;
+    let mut notes = Vec::new();
+    let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry, &mut notes))?;
     stage.check(&name)?;
     if let Some(rate) = args.throw_rate {
         if !(rate > 0.0 && rate.is_finite()) {
@@ -238,7 +234,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     progress.finish_and_clear();
     if args.json {
-        let report = Report { adapter: gpu.adapter, size: scene.size, frames: reports };
+        let report = Report { adapter: gpu.adapter, size: scene.size, notes, frames: reports };
         writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
@@ -261,8 +257,17 @@ fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
     Ok((Scene::from_ron(&text, name)?, folder, name.to_owned()))
 }
 
-fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow::Result<Tree> {
-    windfall_host::tree::read(&folder.join(file), &entry.leaves, entry.height)
+/// Reads a tree; its notes go to stderr and to `notes`.
+fn read_tree(
+    folder: &Path,
+    file: &str,
+    entry: &TreeEntry,
+    notes: &mut Vec<Note>,
+) -> anyhow::Result<Tree> {
+    let read = windfall_host::tree::read(&folder.join(file), &entry.import_options())?;
+    print_notes(&read.notes);
+    notes.extend(read.notes);
+    Ok(read.tree)
 }
 
 impl Args {
@@ -318,8 +323,14 @@ impl Args {
             Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
         };
         Ok(TreeEntry {
-            height: self.height,
-            leaves: self.leaves.clone(),
+            height: self.read.height,
+            node: self.read.node.clone(),
+            leaves: self.read.leaves.clone(),
+            wood: self.wood.clone(),
+            up: self.read.up.into(),
+            unit: self.read.unit,
+            ground: self.read.ground,
+            vertex_colors: self.read.vertex_colors,
             palette: self.palette.clone(),
             ..TreeEntry::new(source)
         })

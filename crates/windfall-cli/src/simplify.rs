@@ -1,5 +1,6 @@
 //! `windfall simplify`: a tree with a share of its leaves, as plain glTF.
 
+use crate::reading::{ReadArgs, print_notes};
 use anyhow::bail;
 use serde::Serialize;
 use std::io::Write;
@@ -32,12 +33,8 @@ pub struct Args {
     /// any prefix; the primitive's `extras` say how
     #[arg(long, conflicts_with_all = ["lambda", "no_area_preservation"])]
     all_in_order: bool,
-    /// Name of a node, mesh or material that is leaves; may be given again
-    #[arg(long, value_name = "NAME")]
-    leaves: Vec<String>,
-    /// Rescale to this height, metres
-    #[arg(long, value_name = "M")]
-    height: Option<f32>,
+    #[command(flatten)]
+    read: ReadArgs,
     /// Key of everything random
     #[arg(long, default_value_t = 0)]
     seed: u32,
@@ -89,7 +86,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
         bail!("--out {}: is not a .glb file", args.out.display());
     }
-    let mut tree = read_or_grow(&args.tree, args.seed, &args.leaves, args.height)?;
+    let read = read_or_grow(&args.tree, args.seed, &args.read.options(&[]))?;
+    print_notes(&read.notes);
+    let mut tree = read.tree;
     let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
     let leaf_triangles_full = tree.foliage.triangle_count();
     set_prune_order(&mut tree.foliage, args.prune_order, args.seed);

@@ -11,6 +11,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`error`] | one error type for everything that is read |
+//! | [`note`] | remarks on what was read |
 //! | [`rng`] | the counter-based hash shared with the shaders |
 //! | [`wind`] | wind whose displacement is known in closed form |
 //! | [`sway`] | how trees move in the wind |
@@ -29,6 +30,7 @@ pub mod foliage;
 pub mod forest;
 pub mod light;
 pub mod material;
+pub mod note;
 pub mod path;
 pub mod rng;
 pub mod shed;
@@ -39,3 +41,4 @@ pub mod wind;
 
 pub use error::{InputError, InputErrorKind};
 pub use glam;
+pub use note::{Note, NoteCode};

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// From the bottom up, as in the table of `lib.rs`.
-const LAYERS: [&str; 12] = [
-    "error", "rng", "wind", "sway", "light", "forest", "shed", "path", "material", "foliage",
-    "simplify", "tree",
+const LAYERS: [&str; 13] = [
+    "error", "note", "rng", "wind", "sway", "light", "forest", "shed", "path", "material",
+    "foliage", "simplify", "tree",
 ];
 
 /// All code of a module, its unit tests included, comments left out.

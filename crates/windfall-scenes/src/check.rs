@@ -171,6 +171,11 @@ impl Scene {
             if !(1..=16).contains(&tree.variants) {
                 return out_of_range("variants", tree.variants as f32, "1 to 16");
             }
+            if let Some(unit) = tree.unit
+                && !(1e-6..=1e6).contains(&unit)
+            {
+                return out_of_range("unit", unit, "0.000001 to 1000000 metres");
+            }
             if let Some(height) = tree.height
                 && !(0.01..=1000.0).contains(&height)
             {

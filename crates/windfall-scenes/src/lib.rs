@@ -32,6 +32,7 @@ use serde::{Deserialize, Serialize};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::{InputError, InputErrorKind};
+use windfall_tree::{ImportOptions, Up};
 
 /// The version that this library reads and writes.
 pub const VERSION: u32 = 1;
@@ -161,9 +162,28 @@ pub struct TreeEntry {
     /// Height that the model is scaled to; `None`: its own.
     #[serde(default)]
     pub height: Option<f32>,
-    /// Nodes, meshes or materials of a file that are leaves; empty: found by name and alpha.
+    /// Nodes of a file to read, by name or number; empty: all of it.
+    #[serde(default)]
+    pub node: Vec<String>,
+    /// Nodes, meshes or materials of a file that are leaves, by name, or numbers of primitives; empty: found by
+    /// name and alpha.
     #[serde(default)]
     pub leaves: Vec<String>,
+    /// The same that are wood.
+    #[serde(default)]
+    pub wood: Vec<String>,
+    /// The axis that points up in a file.
+    #[serde(default)]
+    pub up: Up,
+    /// Metres for each unit of a file; `None`: 1.
+    #[serde(default)]
+    pub unit: Option<f32>,
+    /// Whether the lowest point of a file's tree stands on the ground.
+    #[serde(default)]
+    pub ground: bool,
+    /// Whether colours of vertices are colours.
+    #[serde(default = "defaults::yes")]
+    pub vertex_colors: bool,
     /// Species whose autumn colours the leaves of a file take; `None`: their own colour.
     #[serde(default)]
     pub palette: Option<String>,
@@ -369,8 +389,29 @@ impl TreeEntry {
             weight: defaults::one(),
             variants: defaults::variants(),
             height: None,
+            node: Vec::new(),
             leaves: Vec::new(),
+            wood: Vec::new(),
+            up: Up::Y,
+            unit: None,
+            ground: false,
+            vertex_colors: true,
             palette: None,
+        }
+    }
+
+    /// How the entry's file is read.
+    pub fn import_options(&self) -> ImportOptions {
+        ImportOptions {
+            node: self.node.clone(),
+            leaves: self.leaves.clone(),
+            wood: self.wood.clone(),
+            up: self.up,
+            unit: self.unit,
+            ground: self.ground,
+            vertex_colors: self.vertex_colors,
+            height: self.height,
+            ..ImportOptions::default()
         }
     }
 }

@@ -20,7 +20,7 @@ pub mod prepare;
 pub mod species;
 
 pub use export::{ExportError, export_glb, export_glb_in_prune_order};
-pub use import::{ImportOptions, Resolve, import};
+pub use import::{Import, ImportOptions, Part, Resolve, Up, Use, import};
 pub use inspect::{Inspection, TextureInspection};
 pub use prepare::{prepare, prepare_in_order, set_prune_order};
 pub use species::{GrowOptions, LeafCount, Species};

@@ -175,7 +175,7 @@ fn made_trees_survive_export_and_import() {
             import(&bytes, "tree.glb", &windfall_tree::ImportOptions::default(), &mut |_| {
                 Err("no files".into())
             });
-        let back = back.unwrap();
+        let back = back.unwrap().tree;
         assert_is_made_of(&back, &kind, &placed, tolerance);
         let (was, is) = (Inspection::of(&tree), Inspection::of(&back));
         assert_eq!((was.wood_triangles, was.vertices), (is.wood_triangles, is.vertices));

@@ -23,7 +23,8 @@ fn the_corpus_is_read_or_refused() {
         let bytes = std::fs::read(path).unwrap();
         let outside = &mut |_: &str| Ok(vec![0; 256]);
         match import(&bytes, &name, &ImportOptions::default(), outside) {
-            Ok(tree) => {
+            Ok(read_tree) => {
+                let tree = read_tree.tree;
                 assert!(tree.height().is_finite(), "{name}");
                 export_glb(&tree).unwrap();
                 read += 1;

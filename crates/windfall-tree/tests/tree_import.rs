@@ -376,7 +376,7 @@ fn json_with_buffers_inside_and_outside() {
     };
     let options = ImportOptions::default();
     let text = format!("\u{feff} {outside}");
-    assert_usual(&import(text.as_bytes(), "tree.gltf", &options, &mut resolve).unwrap());
+    assert_usual(&import(text.as_bytes(), "tree.gltf", &options, &mut resolve).unwrap().tree);
     assert_eq!(asked, ["oak tree.bin"], "asked once, percent signs decoded");
 
     let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -392,7 +392,7 @@ fn json_with_buffers_inside_and_outside() {
     inside["buffers"][0]["uri"] = json!(format!("data:application/gltf-buffer;base64,{base64}"));
     let text = inside.to_string();
     let none = &mut |_: &str| Err("nothing is outside".to_string());
-    assert_usual(&import(text.as_bytes(), "tree.gltf", &options, none).unwrap());
+    assert_usual(&import(text.as_bytes(), "tree.gltf", &options, none).unwrap().tree);
 }
 
 #[test]
@@ -474,8 +474,9 @@ fn export_keeps_what_matters() {
     tree.wood.materials[0].name = "leafy bark".into();
     let glb = export_glb(&tree).unwrap();
     gltf::Gltf::from_slice(&glb).expect("another reader finds it valid");
-    let back =
-        import(&glb, "back.glb", &ImportOptions::default(), &mut |_| Err("none".into())).unwrap();
+    let back = import(&glb, "back.glb", &ImportOptions::default(), &mut |_| Err("none".into()))
+        .unwrap()
+        .tree;
     assert_usual(&back);
     assert_eq!(back.wood.vertices, tree.wood.vertices);
     assert_eq!(back.wood.indices, tree.wood.indices);
@@ -495,7 +496,8 @@ fn every_species_comes_back_with_its_leaves() {
         let tree = species.grow_with(2, 60);
         for glb in [export_glb(&tree).unwrap(), export_glb_in_prune_order(&tree).unwrap()] {
             let options = ImportOptions::default();
-            let back = import(&glb, "back.glb", &options, &mut |_| Err("none".into())).unwrap();
+            let back =
+                import(&glb, "back.glb", &options, &mut |_| Err("none".into())).unwrap().tree;
             let areas = |tree: &Tree| {
                 let area =
                     |l: &Leaf| l.scale * l.scale * tree.foliage.shapes[l.shape as usize].area();

@@ -10,6 +10,7 @@ use windfall_tree::{ImportOptions, import};
 
 fn refused(bytes: &[u8]) -> InputError {
     import(bytes, "tree.glb", &ImportOptions::default(), &mut |_| Err("no such file".into()))
+        .map(|read| read.tree)
         .expect_err("this is to be refused")
 }
 
@@ -303,12 +304,13 @@ fn no_leaves_lists_what_there_is() {
         error.to_string(),
         "tree.glb: no leaves: nothing is named like leaves, and no material is alpha-masked. \
          The primitives are:\n  \
-         node \"trunk\", mesh \"trunk\", material \"bark\": 2 triangles\n  \
-         node \"crown\", mesh \"Mesh.001\", material (unnamed): 4 triangles\n\
-         Say which of them are leaves with --leaves NAME, the name of a node, mesh or material."
+         0: node \"trunk\", mesh \"trunk\", material \"bark\": 2 triangles\n  \
+         1: node \"crown\", mesh \"Mesh.001\", material (unnamed): 4 triangles\n\
+         Say which of them are leaves with --leaves NAME: the name of a node, mesh or material, or the \
+         number of a primitive."
     );
     let named = |name: &str| ImportOptions { leaves: vec![name.into()], ..Default::default() };
-    for name in ["crown", "CROWN", "mesh.001"] {
+    for name in ["crown", "CROWN", "mesh.001", "1"] {
         assert_eq!(model.import_with(&named(name)).unwrap().foliage.leaves.len(), 2);
     }
     let error = model.import_with(&named("krone")).unwrap_err();

@@ -16,7 +16,7 @@ pub(crate) fn render(tree: &Path, picture: &Path) -> anyhow::Result<()> {
     let (name, bytes) = (tree.display().to_string(), std::fs::read(tree));
     let mut beside = |f: &str| std::fs::read(tree.with_file_name(f)).map_err(|e| e.to_string());
     let options = ImportOptions { height: Some(12.0), ..Default::default() };
-    let tree = import(&bytes.with_context(|| name.clone())?, &name, &options, &mut beside)?;
+    let tree = import(&bytes.with_context(|| name.clone())?, &name, &options, &mut beside)?.tree;
     // The device is the host's.
     let options = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     let adapter = block_on(wgpu::Instance::new(options).request_adapter(&Default::default()))?;

@@ -28,15 +28,14 @@
 mod csv;
 mod gltf;
 mod json;
-mod note;
 mod table;
 
 use crate::fall_path;
 use glam::{Quat, Vec3};
-pub use note::{Note, NoteCode};
 use windfall_core::path::analysis::angle;
 use windfall_core::path::{FallPath, MAX_SAMPLES, MIN_SAMPLES, UNIT_TOLERANCE};
 use windfall_core::{InputError, InputErrorKind};
+pub use windfall_core::{Note, NoteCode};
 
 /// The axis that points up in a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

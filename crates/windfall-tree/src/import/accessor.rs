@@ -110,6 +110,50 @@ impl<'a> Reader<'a> {
         self.elements::<[f32; N]>(accessor, &here, N as u64, |c| c != Component::U32)
     }
 
+    /// Vectors of any length up to `N`, the rest filled with `fill`: colours with or without alpha.
+    pub fn vectors_up_to<const N: usize>(
+        &mut self,
+        index: usize,
+        place: &str,
+        fill: f32,
+    ) -> Result<Vec<[f32; N]>, InputError> {
+        if N > 3 && self.is_vector(index, 3, place)? {
+            let shorter = self.vectors::<3>(index, place)?;
+            let longer = |v: [f32; 3]| std::array::from_fn(|i| *v.get(i).unwrap_or(&fill));
+            return Ok(shorter.into_iter().map(longer).collect());
+        }
+        self.vectors(index, place)
+    }
+
+    /// Matrices of four by four floats, column by column.
+    pub fn matrices(&mut self, index: usize, place: &str) -> Result<Vec<[f32; 16]>, InputError> {
+        let (accessor, here) = self.accessor(index, place)?;
+        if accessor.kind != "MAT4" {
+            let cause = format!("its type is \"{}\"; MAT4 is needed", accessor.kind);
+            return Err(self.error(&here, Malformed, cause));
+        }
+        self.elements::<[f32; 16]>(accessor, &here, 16, |c| c == Component::F32)
+    }
+
+    /// The distance between neighbouring values of an accessor: 0 for floats.
+    pub fn step(&self, index: usize, place: &str) -> Result<f32, InputError> {
+        let accessor = self.accessor(index, place)?.0;
+        Ok(match (Component::new(accessor.component_type), accessor.normalized) {
+            (Some(Component::I8), true) => 1.0 / 127.0,
+            (Some(Component::U8), true) => 1.0 / 255.0,
+            (Some(Component::I16), true) => 1.0 / 32767.0,
+            (Some(Component::U16), true) => 1.0 / 65535.0,
+            (Some(Component::F32) | None, _) => 0.0,
+            _ => 1.0,
+        })
+    }
+
+    /// Whether an accessor has no data of its own, so that all of it is zero.
+    pub fn is_empty(&self, index: usize, place: &str) -> Result<bool, InputError> {
+        let accessor = self.accessor(index, place)?.0;
+        Ok(accessor.buffer_view.is_none() && accessor.sparse.is_none())
+    }
+
     /// Whether an accessor is of vectors of so many numbers.
     pub fn is_vector(&self, index: usize, size: u32, place: &str) -> Result<bool, InputError> {
         Ok(self.accessor(index, place)?.0.kind == format!("VEC{size}"))
@@ -223,7 +267,7 @@ impl<'a> Reader<'a> {
         if view.byte_stride == Some(0) || view.byte_stride > Some(u64::from(u32::MAX)) {
             return Err(self.error(&here, OutOfRange, "its byteStride is out of range"));
         }
-        let Some(packed) = &view.extensions.meshopt else {
+        let Some(packed) = view.extensions.meshopt() else {
             let bytes = self.slice(view.buffer, view.byte_offset, view.byte_length, &here)?;
             return Ok((bytes, view.byte_stride));
         };

@@ -17,8 +17,35 @@ const KNOWN_EXTENSIONS: &[&str] = &[
     "KHR_mesh_quantization",
     #[cfg(not(target_arch = "wasm32"))]
     "EXT_meshopt_compression",
+    #[cfg(not(target_arch = "wasm32"))]
+    "KHR_meshopt_compression",
     "EXT_texture_webp",
+    "EXT_mesh_gpu_instancing",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
+    "MSFT_lod",
 ];
+
+/// Whether nothing of an extension is lost.
+pub(super) fn is_read(extension: &str) -> bool {
+    KNOWN_EXTENSIONS.contains(&extension)
+}
+
+/// How to undo an extension that is not read, as the end of a sentence; empty where no way is known.
+pub(super) fn way_out(extension: &str) -> &'static str {
+    match extension {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "; `npx @gltf-transform/cli copy in.glb out.glb` writes the file without compression"
+        }
+        "KHR_texture_basisu" => {
+            "; `npx @gltf-transform/cli ktxdecompress in.glb out.glb` turns KTX2 pictures into PNG"
+        }
+        "EXT_texture_avif" => {
+            "; `npx @gltf-transform/cli png in.glb out.glb` turns the pictures into PNG"
+        }
+        _ => "",
+    }
+}
 
 /// Splits a file into its document and, for a GLB, its binary chunk.
 pub(super) fn open<'a>(
@@ -102,8 +129,11 @@ fn check(document: &Document) -> Result<(), Fault> {
     for name in &document.extensions_required {
         if !KNOWN_EXTENSIONS.contains(&name.as_str()) {
             let cause = format!(
-                "the file requires the extension {name}, which is not supported (supported: {})",
-                KNOWN_EXTENSIONS.join(", ")
+                "the file requires the extension {name}, which is not supported{}",
+                match way_out(name) {
+                    "" => format!(" (supported: {})", KNOWN_EXTENSIONS.join(", ")),
+                    way => way.to_string(),
+                }
             );
             return Err(("extensionsRequired", Unsupported, cause));
         }

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Document {
     pub asset: Asset,
+    pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
     pub scene: Option<usize>,
     pub scenes: Vec<Scene>,
@@ -23,6 +24,8 @@ pub(super) struct Document {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     pub samplers: Vec<Sampler>,
+    pub skins: Vec<Skin>,
+    pub animations: Vec<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -45,10 +48,44 @@ pub(super) struct Node {
     pub name: Option<String>,
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
-    pub matrix: Option<[f32; 16]>,
-    pub translation: Option<[f32; 3]>,
-    pub rotation: Option<[f32; 4]>,
-    pub scale: Option<[f32; 3]>,
+    pub skin: Option<usize>,
+    /// Weights of morph targets; those of the mesh if left out.
+    pub weights: Option<Vec<f32>>,
+    // In doubles: a place may be far from the origin.
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+    #[serde(rename = "MSFT_lod")]
+    pub levels: Option<Levels>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Instancing {
+    pub attributes: BTreeMap<String, usize>,
+}
+
+/// The nodes of the lower levels of detail.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Levels {
+    pub ids: Vec<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub joints: Vec<usize>,
+    pub inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -56,6 +93,7 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
+    pub weights: Option<Vec<f32>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -66,6 +104,11 @@ pub(super) struct Primitive {
     pub material: Option<usize>,
     #[serde(default = "triangles")]
     pub mode: u32,
+    /// Attributes of each morph target.
+    #[serde(default)]
+    pub targets: Vec<BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub extensions: BTreeMap<String, serde::de::IgnoredAny>,
 }
 
 const fn triangles() -> u32 {
@@ -127,7 +170,16 @@ pub(super) struct BufferView {
 #[serde(default)]
 pub(super) struct BufferViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]
-    pub meshopt: Option<Compressed>,
+    vendors: Option<Compressed>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    ratified: Option<Compressed>,
+}
+
+impl BufferViewExtensions {
+    /// How the view is packed, under either name of the extension.
+    pub fn meshopt(&self) -> Option<&Compressed> {
+        self.vendors.as_ref().or(self.ratified.as_ref())
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -158,6 +210,26 @@ pub(super) struct Material {
     pub pbr_metallic_roughness: Pbr,
     pub alpha_mode: Option<String>,
     pub alpha_cutoff: Option<f32>,
+    pub normal_texture: Option<serde::de::IgnoredAny>,
+    pub occlusion_texture: Option<serde::de::IgnoredAny>,
+    pub emissive_texture: Option<serde::de::IgnoredAny>,
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<SpecularGlossiness>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: Option<[f32; 4]>,
+    pub diffuse_texture: Option<TextureInfo>,
+    pub glossiness_factor: Option<f32>,
+    pub specular_glossiness_texture: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -166,6 +238,7 @@ pub(super) struct Pbr {
     pub base_color_factor: Option<[f32; 4]>,
     pub base_color_texture: Option<TextureInfo>,
     pub roughness_factor: Option<f32>,
+    pub metallic_roughness_texture: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,15 +1,15 @@
 //! Materials: base colour, its picture, and what becomes of alpha.
 
+use super::container::way_out;
 use super::document::TextureInfo;
+use super::name::composed;
+use super::picture::{blend_threshold, decode, fill_holes};
 use super::{Reader, label};
 use glam::{Affine2, Vec2, Vec3};
-use std::io::Cursor;
-use windfall_core::InputError;
 use windfall_core::InputErrorKind::{Malformed, OutOfRange, Unsupported};
 use windfall_core::material::{Image, Material, Surface};
+use windfall_core::{InputError, NoteCode};
 
-/// Widest and highest picture that is decoded, pixels; what a GPU of today takes.
-const LARGEST_SIDE: u32 = 8192;
 const REPEAT: u32 = 10497;
 const MIRRORED: u32 = 33648;
 
@@ -46,28 +46,77 @@ impl Reader<'_> {
         };
         let here = label("material", index, source.name.as_deref());
         let pbr = &source.pbr_metallic_roughness;
-        let [r, g, b, alpha] = pbr.base_color_factor.unwrap_or([1.0; 4]);
+        let (factor, texture, roughness) = match &source.extensions.specular_glossiness {
+            Some(gloss) => (
+                gloss.diffuse_factor,
+                &gloss.diffuse_texture,
+                1.0 - gloss.glossiness_factor.unwrap_or(1.0),
+            ),
+            None => (
+                pbr.base_color_factor,
+                &pbr.base_color_texture,
+                pbr.roughness_factor.unwrap_or(1.0),
+            ),
+        };
+        let [r, g, b, alpha] = factor.unwrap_or([1.0; 4]);
         let material = &mut look.material;
-        material.name = source.name.clone().unwrap_or_else(|| format!("material {index}"));
+        material.name =
+            source.name.as_deref().map_or_else(|| format!("material {index}"), composed);
         // Forgiving: some writers have factors a little beyond one.
         material.base_color = Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE);
-        material.roughness = pbr.roughness_factor.unwrap_or(1.0).clamp(0.0, 1.0);
-        // Blending needs an order that leaves in the wind have not: it becomes a mask.
+        material.roughness = roughness.clamp(0.0, 1.0);
+        if let Some(info) = texture {
+            let (image, repeat) = self.texture(info.index, &here)?;
+            look.material.surface = Surface::Texture(image, repeat);
+            (look.uv_set, look.uv_transform) = uv_access(info);
+        }
+        let blended = source.alpha_mode.as_deref() == Some("BLEND");
         let cutoff = match source.alpha_mode.as_deref() {
             None | Some("OPAQUE") => None,
-            Some("MASK") => Some(source.alpha_cutoff.unwrap_or(0.5)),
-            Some("BLEND") => Some(0.5),
+            // The mask tests the picture's alpha times the factor: fold the factor into the threshold.
+            Some("MASK") => Some(source.alpha_cutoff.unwrap_or(0.5) / alpha.max(1e-3)),
+            // Blending needs an order that leaves in the wind have not: it becomes a mask.
+            Some("BLEND") => Some(blend_threshold(&look.material.surface)),
             Some(other) => {
                 let cause = format!("alphaMode \"{other}\" is not known");
                 return Err(InputError::new(file, here, Malformed, cause));
             }
         };
-        // The mask tests the picture's alpha times the factor: fold the factor into the threshold.
-        material.alpha_cutoff = cutoff.map(|c| (c / alpha.max(1e-3)).clamp(0.0, 1.0));
-        if let Some(info) = &pbr.base_color_texture {
-            let (image, repeat) = self.texture(info.index, &here)?;
-            look.material.surface = Surface::Texture(image, repeat);
-            (look.uv_set, look.uv_transform) = uv_access(info);
+        look.material.alpha_cutoff = cutoff.map(|c| c.clamp(0.0, 1.0));
+        if let (Surface::Texture(image, _), Some(cutoff)) =
+            (&mut look.material.surface, look.material.alpha_cutoff)
+        {
+            if blended {
+                let message = format!(
+                    "is blended; it is drawn as a mask instead, with holes where alpha is below {:.2}",
+                    cutoff
+                );
+                self.note(NoteCode::BlendAsMask, &here, message);
+            }
+            fill_holes(image, cutoff);
+        }
+        if look.material.alpha_cutoff.is_some() && look.material.holes().solid == 0.0 {
+            let message = "no texel of its picture is as opaque as its cut-off: nothing of it is drawn; \
+                           lower alphaCutoff";
+            self.note(NoteCode::MaskLeavesNothing, &here, message);
+        }
+        let unread = [
+            ("normalTexture", source.normal_texture.is_some()),
+            ("occlusionTexture", source.occlusion_texture.is_some()),
+            ("emissiveTexture", source.emissive_texture.is_some()),
+            ("metallicRoughnessTexture", pbr.metallic_roughness_texture.is_some()),
+            (
+                "specularGlossinessTexture",
+                source
+                    .extensions
+                    .specular_glossiness
+                    .as_ref()
+                    .is_some_and(|gloss| gloss.specular_glossiness_texture.is_some()),
+            ),
+        ];
+        let unread: Vec<&str> = unread.iter().filter(|t| t.1).map(|t| t.0).collect();
+        if !unread.is_empty() && !self.unread.textures.iter().any(|known| known.0 == here) {
+            self.unread.textures.push((here, unread.join(", ")));
         }
         Ok(look)
     }
@@ -87,7 +136,11 @@ impl Reader<'_> {
             let cause = if names.is_empty() {
                 "has no image".to_string()
             } else {
-                format!("has no image but through {}, which is not supported", names.join(", "))
+                let ways: String = names.iter().map(|name| way_out(name)).collect();
+                format!(
+                    "has no image but through {}, which is not supported{ways}",
+                    names.join(", ")
+                )
             };
             return Err(self.error(&here, Unsupported, cause));
         };
@@ -138,17 +191,6 @@ impl Reader<'_> {
             InputError::new(file, here, Malformed, cause)
         })
     }
-}
-
-fn decode(bytes: &[u8]) -> Result<Image, ::image::ImageError> {
-    let mut reader = ::image::ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
-    let mut limits = ::image::Limits::default();
-    limits.max_image_width = Some(LARGEST_SIDE);
-    limits.max_image_height = Some(LARGEST_SIDE);
-    reader.limits(limits);
-    let picture = reader.decode()?.into_rgba8();
-    let (width, height) = picture.dimensions();
-    Ok(Image { width, height, rgba: picture.into_raw() })
 }
 
 /// Which texture coordinates a picture uses, and the transform from them to the picture.

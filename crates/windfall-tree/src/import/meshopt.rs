@@ -1,4 +1,4 @@
-//! `EXT_meshopt_compression`: buffer views that are packed, sometimes behind a filter.
+//! `EXT_meshopt_compression` and `KHR_meshopt_compression`: buffer views that are packed, sometimes behind a filter.
 //!
 //! The decoder is C++ and made for input that is not trusted; its preconditions are checked here.
 
@@ -45,6 +45,8 @@ pub(super) fn unpack(data: &[u8], packed: &Compressed) -> Result<Vec<u8>, String
         ("OCTAHEDRAL", 4) => codec::decode_filter_oct::<i8>(bytemuck::cast_slice_mut(&mut words)),
         ("OCTAHEDRAL", 8) => codec::decode_filter_oct::<i16>(bytemuck::cast_slice_mut(&mut words)),
         ("QUATERNION", 8) => codec::decode_filter_quat(bytemuck::cast_slice_mut(&mut words)),
+        ("COLOR", 4) => codec::decode_filter_color::<u8>(bytemuck::cast_slice_mut(&mut words)),
+        ("COLOR", 8) => codec::decode_filter_color::<u16>(bytemuck::cast_slice_mut(&mut words)),
         ("EXPONENTIAL", _) => {
             codec::decode_filter_exp::<1>(bytemuck::cast_slice_mut(&mut words));
         }

@@ -1,32 +1,46 @@
 //! Reads a tree from glTF 2.0, binary or JSON, strictly: what is wrong is refused with the file,
 //! the place and the cause, and nothing is allocated that the file's size does not warrant.
 //!
-//! The steps: bytes → document and buffers (`container`), the node tree → primitives (here),
-//! accessors → triangles in the tree's space (`accessor`, `meshopt`, `primitive`), leaves or wood
-//! (`sort`), pieces → leaves → shapes (`crate::leaves`), and what the renderer needs ([`crate::prepare`]).
+//! The steps: bytes → document and buffers (`container`), the node tree → primitives (`scene`),
+//! leaves or wood (`sort`), accessors → triangles in the tree's space (`accessor`, `meshopt`, `primitive`, `skin`),
+//! wood among the leaves and solid crowns (`pieces`, `crowns`), pieces → leaves → shapes (`build`, `crate::leaves`),
+//! what the renderer needs ([`crate::prepare`]), and what looks wrong (`check`).
 
 mod accessor;
+mod build;
+mod check;
 mod container;
+mod crowns;
 mod document;
 mod material;
 #[cfg(not(target_arch = "wasm32"))]
 mod meshopt;
+mod name;
+mod picture;
+mod pieces;
 mod primitive;
+mod scene;
+mod skin;
+mod slots;
 mod sort;
 
-use crate::leaves::{Shaper, pieces};
 use crate::prepare;
-use document::{Document, Node};
-use glam::{Mat4, Quat, Vec3};
-use sort::Found;
+use build::Built;
+use document::Document;
+use glam::Vec3;
+use name::label;
+use primitive::Geometry;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use windfall_core::InputErrorKind::{Empty, Malformed, OutOfRange};
-use windfall_core::foliage::Foliage;
-use windfall_core::material::{Image, Material};
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+use windfall_core::InputErrorKind::{Empty, OutOfRange};
+use windfall_core::material::Image;
 use windfall_core::simplify::PruneOrder;
-use windfall_core::tree::{Tree, Wood, WoodVertex};
-use windfall_core::{InputError, InputErrorKind};
+use windfall_core::tree::Tree;
+use windfall_core::{InputError, InputErrorKind, Note, NoteCode};
+
+pub use build::Part;
+pub use sort::Use;
 
 /// Triangles that a file may draw, over all its nodes: one mesh can be named by many.
 const MOST_TRIANGLES: u64 = 1 << 24;
@@ -35,22 +49,83 @@ const MOST_TRIANGLES: u64 = 1 << 24;
 const MOST_PRIMITIVES: usize = 1 << 20;
 
 /// A foot nearer to the origin than this part of the tree's height stands where it should.
-const FOOT_TOLERANCE: f32 = 0.02;
+const FOOT_TOLERANCE: f64 = 0.02;
 
-/// How to read a tree.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// The axis that points up in a file.
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize,
+)]
+pub enum Up {
+    /// Y, as glTF prescribes.
+    #[default]
+    Y,
+    /// Z, for files whose writer did not turn the model.
+    Z,
+}
+
+/// How to read a tree. A *choice* is the name of a node, mesh or material (letter case and the way accents are
+/// stored do not matter), or the number of a primitive as [`Part::number`] has it.
+#[derive(Debug, Clone, PartialEq)]
 pub struct ImportOptions {
-    /// Names of nodes, meshes or materials that are leaves (letter case is ignored); everything
-    /// else is wood. Empty: leaves are what is named like leaves, or is alpha-masked.
+    /// Nodes to read, by name or number, with all that is below them; empty: the whole scene.
+    pub node: Vec<String>,
+    /// Choices that are leaves. Without `wood`, everything else is wood.
     pub leaves: Vec<String>,
-    /// Height to scale the tree to, metres, above 0; `None` takes the file's unit for a metre, as
-    /// glTF does.
+    /// Choices that are wood. Without `leaves`, everything else is leaves; with both, everything else is left out.
+    /// Both empty: leaves are what is named like leaves, or is alpha-masked.
+    pub wood: Vec<String>,
+    /// The axis that points up in the file.
+    pub up: Up,
+    /// Metres for each unit of the file, above 0; `None` takes the file's unit for a metre, as glTF does.
+    pub unit: Option<f32>,
+    /// Put the lowest point of wood and leaves on the ground, wherever the foot is.
+    pub ground: bool,
+    /// Whether colours of vertices multiply those of materials. Off for files whose colours are something else,
+    /// such as weights of the wind. The default is on.
+    pub vertex_colors: bool,
+    /// Height to scale the tree to, metres, above 0; `None` keeps it.
     pub height: Option<f32>,
     /// Seed of the shed order, and of the prune order where `prune_order` gives none.
     pub seed: u32,
     /// Prune order and its seed; `None` is random, as the leaves are assembled. Chosen here, the crown is measured
     /// once; [`prepare::set_prune_order`] measures it again.
     pub prune_order: Option<(PruneOrder, u32)>,
+}
+
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self {
+            node: Vec::new(),
+            leaves: Vec::new(),
+            wood: Vec::new(),
+            up: Up::Y,
+            unit: None,
+            ground: false,
+            vertex_colors: true,
+            height: None,
+            seed: 0,
+            prune_order: None,
+        }
+    }
+}
+
+/// A tree that was read, and what there is to say about it.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Import {
+    /// The tree, prepared for drawing.
+    pub tree: Tree,
+    /// What was left out, repaired, or looks wrong, by [`NoteCode`].
+    pub notes: Vec<Note>,
+    /// The primitives, and what each was taken for.
+    pub parts: Vec<Part>,
+}
+
+impl From<Tree> for Import {
+    /// A tree that comes from no file: there is nothing to say about it.
+    fn from(tree: Tree) -> Self {
+        Self { tree, notes: Vec::new(), parts: Vec::new() }
+    }
 }
 
 /// Fetches what a `.gltf` names outside itself: a relative path (percent signs decoded) to bytes, or
@@ -61,14 +136,18 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 ///
 /// `file` is what errors call the file, and the tree's name. Read are: triangles, strips and fans,
 /// indexed or not; every index and attribute type including `KHR_mesh_quantization`, sparse
-/// accessors, `EXT_meshopt_compression` (not in browsers); base colours with their pictures (PNG,
-/// JPEG, WebP) and `KHR_texture_transform`. Points and lines are skipped. Skins, morph targets,
-/// cameras and lights are left out.
+/// accessors, `EXT_meshopt_compression` and `KHR_meshopt_compression` (not in browsers); instances
+/// (`EXT_mesh_gpu_instancing`), skins as their joints stand, morph targets at their weights; base colours with their
+/// pictures (PNG, JPEG, WebP), `KHR_texture_transform`, `KHR_materials_pbrSpecularGlossiness`, colours of vertices.
+/// Of levels of detail (by name or `MSFT_lod`) the finest is read. What is left out, and what looks wrong, is in
+/// [`Import::notes`].
 ///
 /// **Leaves** are the primitives whose material is named like leaves or is alpha-masked (a blended
 /// one is taken for masked), and those whose node or mesh is named so, unless materials already
 /// tell the leaves of that mesh apart. Within them, each piece that hangs together through shared
-/// edges is a leaf, or what [`super::export_glb`] has written as one (its attribute `_LEAF`).
+/// edges is a leaf, or what [`super::export_glb`] has written as one (its attribute `_LEAF`), or each node where
+/// nodes are the leaves. Where no wood is left, trunk and branches are found among the pieces. Leaves are scattered
+/// over closed solids in place of these.
 ///
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
@@ -82,192 +161,104 @@ pub fn import(
     file: &str,
     options: &ImportOptions,
     resolve: &mut Resolve<'_>,
-) -> Result<Tree, InputError> {
-    if let Some(height) = options.height
-        && !(height.is_finite() && height > 0.0)
-    {
-        let cause = format!("{height} m: a height is above 0");
-        return Err(InputError::new(file, "height", OutOfRange, cause));
+) -> Result<Import, InputError> {
+    for (name, value) in [("height", options.height), ("unit", options.unit)] {
+        if let Some(value) = value
+            && !(value.is_finite() && value > 0.0)
+        {
+            let cause = format!("{value} m: a {name} is above 0");
+            return Err(InputError::new(file, name, OutOfRange, cause));
+        }
     }
     let (document, binary) = container::open(bytes, file)?;
+    let mut parents = BTreeMap::new();
+    for (index, node) in document.nodes.iter().enumerate() {
+        for &child in &node.children {
+            parents.entry(child).or_insert(index);
+        }
+    }
     let mut reader = Reader {
         file,
         document: &document,
+        parents,
         binary,
         resolve,
         buffers: BTreeMap::new(),
         unpacked: BTreeMap::new(),
         images: BTreeMap::new(),
+        geometries: BTreeMap::new(),
+        notes: Vec::new(),
+        unread: Unread::default(),
     };
-    let mut found = reader.find()?;
-    sort::sort(&mut found, &options.leaves, file)?;
-    let mut tree = reader.build(&found, options.seed)?;
+    let mut found = reader.find(options)?;
+    sort::sort(&mut found, options, &mut reader)?;
+    let Built { mut tree, mut parts, origin } = reader.build(&mut found, options)?;
     if tree.foliage.leaves.is_empty() {
-        return Err(sort::no_leaves(&found, file, "the leaves' triangles have no area"));
+        let why = "the leaves' triangles have no area";
+        return Err(sort::no_leaves(&found, file, Empty, why));
     }
+    reader.note_unread(&found);
+    let (mut shift, mut factor) = (Vec3::ZERO, 1.0);
     prepare::finish(&mut tree, options.prune_order, |tree| {
-        stand(tree);
+        shift = stand(tree, origin, options.ground);
         if let Some(height) = options.height {
+            let before = tree.height();
             tree.set_height(height);
+            factor = if before > 0.0 { height / before } else { 1.0 };
         }
     });
-    Ok(tree)
+    for part in &mut parts {
+        part.bounds = part.bounds.map(|corner| (corner + shift) * factor);
+    }
+    reader.note_implausible(&tree, &parts);
+    let mut notes = reader.notes;
+    notes.sort_by_key(|note| note.code);
+    Ok(Import { tree, notes, parts })
 }
 
 /// A document that is being read, and what has been loaded of it.
 struct Reader<'a> {
     file: &'a str,
     document: &'a Document,
+    /// The parent of each node that has one.
+    parents: BTreeMap<usize, usize>,
     binary: Option<&'a [u8]>,
     resolve: &'a mut Resolve<'a>,
     buffers: BTreeMap<usize, Cow<'a, [u8]>>,
     unpacked: BTreeMap<usize, Vec<u8>>,
     images: BTreeMap<usize, Image>,
+    /// Primitives that several nodes may draw, by mesh and number.
+    geometries: BTreeMap<(usize, usize), Rc<Geometry>>,
+    notes: Vec<Note>,
+    unread: Unread,
 }
 
-impl<'a> Reader<'a> {
+/// What was met and not used.
+#[derive(Default)]
+struct Unread {
+    /// Primitives without triangles.
+    primitives: Vec<String>,
+    attributes: BTreeSet<String>,
+    /// Materials, and which of their textures.
+    textures: Vec<(String, String)>,
+}
+
+impl Reader<'_> {
     fn error(&self, place: &str, kind: InputErrorKind, cause: impl Into<String>) -> InputError {
         InputError::new(self.file, place, kind, cause)
     }
 
-    /// Every primitive that draws triangles, once for each node that has it.
-    fn find(&self) -> Result<Vec<Found<'a>>, InputError> {
-        let document = self.document;
-        let mut found = Vec::new();
-        let mut triangles = 0;
-        // A stack of its own: a document may nest deeper than the thread's.
-        let mut stack: Vec<(usize, Mat4, String)> =
-            self.roots()?.into_iter().rev().map(|(root, at)| (root, Mat4::IDENTITY, at)).collect();
-        let mut seen = vec![false; document.nodes.len()];
-        while let Some((index, world_from_parent, at)) = stack.pop() {
-            let Some(node) = document.nodes.get(index) else {
-                let cause = format!("names node {index}, but there are {}", document.nodes.len());
-                return Err(self.error(&at, OutOfRange, cause));
-            };
-            let here = label("node", index, node.name.as_deref());
-            if std::mem::replace(&mut seen[index], true) {
-                let cause = "is reached twice: nodes must form a tree, without cycles";
-                return Err(self.error(&here, Malformed, cause));
-            }
-            let world_from_node = world_from_parent * local(node);
-            for &child in node.children.iter().rev() {
-                stack.push((child, world_from_node, here.clone()));
-            }
-            let Some(mesh_index) = node.mesh else { continue };
-            let Some(mesh) = document.meshes.get(mesh_index) else {
-                let cause =
-                    format!("names mesh {mesh_index}, but there are {}", document.meshes.len());
-                return Err(self.error(&here, OutOfRange, cause));
-            };
-            for (i, primitive) in mesh.primitives.iter().enumerate() {
-                let place = primitive::place(mesh_index, mesh.name.as_deref(), i);
-                let count = self.triangle_count(primitive, &place)?;
-                triangles += count;
-                if triangles > MOST_TRIANGLES {
-                    let cause = format!(
-                        "with its {count} triangles the file has more than {MOST_TRIANGLES}: \
-                         too many for one tree"
-                    );
-                    return Err(self.error(&place, OutOfRange, cause));
-                }
-                if found.len() >= MOST_PRIMITIVES {
-                    let cause = format!("the scene draws more than {MOST_PRIMITIVES} primitives");
-                    return Err(self.error(&here, OutOfRange, cause));
-                }
-                if count > 0 {
-                    let material = primitive.material.and_then(|m| document.materials.get(m));
-                    found.push(Found {
-                        place,
-                        node: node.name.as_deref(),
-                        node_index: index,
-                        mesh: mesh.name.as_deref(),
-                        material: material.and_then(|m| m.name.as_deref()),
-                        masked: material.is_some_and(|m| {
-                            matches!(m.alpha_mode.as_deref(), Some("MASK" | "BLEND"))
-                        }),
-                        triangles: count,
-                        primitive,
-                        world_from_node,
-                        leaves: false,
-                    });
-                }
-            }
+    fn note(&mut self, code: NoteCode, place: &str, message: impl Into<String>) {
+        let note = Note::new(code, self.file, place, message);
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
         }
-        if found.is_empty() {
-            let cause = "there are no triangles in its scene";
-            return Err(self.error("", Empty, cause));
-        }
-        Ok(found)
-    }
-
-    /// The nodes at the top, and who names them: those of the default scene, else of the first,
-    /// else all that are no one's children.
-    fn roots(&self) -> Result<Vec<(usize, String)>, InputError> {
-        let document = self.document;
-        let index = document.scene.unwrap_or(0);
-        if let Some(scene) = document.scenes.get(index) {
-            let at = label("scene", index, scene.name.as_deref());
-            return Ok(scene.nodes.iter().map(|&node| (node, at.clone())).collect());
-        }
-        if document.scene.is_some() {
-            let cause = format!("names scene {index}, but there are {}", document.scenes.len());
-            return Err(self.error("scene", OutOfRange, cause));
-        }
-        let mut is_child = vec![false; document.nodes.len()];
-        for &child in document.nodes.iter().flat_map(|node| &node.children) {
-            if let Some(flag) = is_child.get_mut(child) {
-                *flag = true;
-            }
-        }
-        let roots = (0..document.nodes.len()).filter(|&i| !is_child[i]);
-        Ok(roots.map(|root| (root, "nodes".to_string())).collect())
-    }
-
-    fn build(&mut self, found: &[Found<'_>], seed: u32) -> Result<Tree, InputError> {
-        let mut wood = Wood::default();
-        let mut shaper = Shaper::default();
-        let mut leaf_materials = Vec::new();
-        // By material in the file and by use: a material may dress both wood and leaves.
-        let mut known: BTreeMap<(Option<usize>, bool), (u32, material::Look)> = BTreeMap::new();
-        for part in found {
-            let key = (part.primitive.material, part.leaves);
-            let (slot, look) = if let Some(known) = known.get(&key) {
-                known.clone()
-            } else {
-                let look = self.look(part.primitive.material, &part.place)?;
-                let list: &mut Vec<Material> =
-                    if part.leaves { &mut leaf_materials } else { &mut wood.materials };
-                list.push(look.material.clone());
-                let entry = (list.len() as u32 - 1, look);
-                known.insert(key, entry.clone());
-                entry
-            };
-            let mesh = self.mesh(part.primitive, &look, part.world_from_node, &part.place)?;
-            if part.leaves {
-                for piece in pieces(&mesh) {
-                    shaper.add(piece, slot);
-                }
-            } else {
-                let base = wood.vertices.len() as u32;
-                wood.indices.extend(mesh.indices.iter().map(|i| base + i));
-                let vertices = mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs);
-                wood.vertices.extend(vertices.map(|((&position, &normal), &uv)| WoodVertex {
-                    position,
-                    normal,
-                    uv,
-                    material: slot,
-                }));
-            }
-        }
-        let positions: Vec<Vec3> = wood.vertices.iter().map(|v| v.position).collect();
-        let (leaves, shapes) = shaper.finish(&positions);
-        let foliage = Foliage::assemble(leaves, shapes, leaf_materials, None, seed);
-        Ok(Tree { name: self.file.to_string(), wood, foliage })
     }
 }
 
-/// Puts the foot of the trunk at the origin, if it is not about there.
-fn stand(tree: &mut Tree) {
+/// Puts the foot of the trunk at the origin, if it is not about there, and says by how much the tree was moved.
+/// `origin` is where the tree's origin is in the file.
+fn stand(tree: &mut Tree, origin: glam::DVec3, on_lowest: bool) -> Vec3 {
     let (low, high) = tree.bounds();
     let height = high.y - low.y;
     let ground = tree.wood.vertices.iter().map(|v| v.position.y).fold(f32::INFINITY, f32::min);
@@ -278,45 +269,19 @@ fn stand(tree: &mut Tree) {
         .map(|v| v.position)
         .filter(|p| p.y <= ground + 0.01 * height)
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-    // A tree without wood has no foot to stand on.
-    if foot_low.x > foot_high.x {
-        return;
+    let has_foot = foot_low.x <= foot_high.x;
+    let foot =
+        if has_foot { ((foot_low + foot_high) / 2.0).with_y(ground) } else { (low + high) / 2.0 };
+    let foot = if on_lowest || !has_foot { foot.with_y(low.y) } else { foot };
+    let in_file = foot.as_dvec3() + origin;
+    // A tree without wood has no foot to stand on: it stays, unless it is far away.
+    let far = if has_foot { FOOT_TOLERANCE * f64::from(height) } else { FAR };
+    let shift = if on_lowest || in_file.length() > far { -foot } else { origin.as_vec3() };
+    if shift != Vec3::ZERO {
+        tree.translate(shift);
     }
-    let foot = ((foot_low + foot_high) / 2.0).with_y(ground);
-    if foot.length() > FOOT_TOLERANCE * height {
-        tree.translate(-foot);
-    }
+    shift
 }
 
-/// `node 3 "Tree"`, or `node 3`. Names from files are shortened and kept on one line.
-fn label(kind: &str, index: usize, name: Option<&str>) -> String {
-    match name {
-        Some(name) if !name.is_empty() => format!("{kind} {index} {}", quoted(name)),
-        _ => format!("{kind} {index}"),
-    }
-}
-
-/// A name in quotes, control characters escaped, at most 60 characters of it.
-fn quoted(name: &str) -> String {
-    let short: String = name.chars().take(60).collect();
-    let dots = if short.len() < name.len() { "…" } else { "" };
-    format!("{:?}", short + dots)
-}
-
-fn local(node: &Node) -> Mat4 {
-    if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(matrix);
-    }
-    let rotation = Quat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-    // Forgiving: writers round quaternions; one of no length at all is no rotation.
-    let rotation = if (1e-12..1e12).contains(&rotation.length_squared()) {
-        rotation.normalize()
-    } else {
-        Quat::IDENTITY
-    };
-    Mat4::from_scale_rotation_translation(
-        node.scale.unwrap_or([1.0; 3]).into(),
-        rotation,
-        node.translation.unwrap_or([0.0; 3]).into(),
-    )
-}
+/// Distance from the origin beyond which floats are too coarse for leaves, in units of the file.
+const FAR: f64 = 4096.0;

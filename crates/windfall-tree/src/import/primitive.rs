@@ -1,16 +1,53 @@
 //! A primitive of a mesh, as triangles in the tree's space.
 
+use super::container::way_out;
 use super::document::Primitive;
 use super::material::Look;
+use super::sort::Found;
 use super::{Reader, label};
 use crate::leaves::Mesh;
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
 use windfall_core::InputError;
-use windfall_core::InputErrorKind::{Malformed, NotFinite, OutOfRange};
+use windfall_core::InputErrorKind::{Malformed, NotFinite, OutOfRange, Unsupported};
 
 /// Farthest a vertex may be from the origin, in units of the file: beyond, squares of areas
 /// overflow.
 const FARTHEST: f32 = 1e7;
+
+/// A primitive in its own space, checked.
+pub(super) struct Geometry {
+    positions: Vec<Vec3>,
+    /// As authored; empty if there are none.
+    normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    /// Linear colours; empty if there are none.
+    colors: Vec<Vec3>,
+    /// Transforms of the vertices by a skin; empty without one.
+    bent: Vec<DMat4>,
+    leaves: Vec<Vec4>,
+    indices: Vec<u32>,
+    /// Distance between neighbouring values of a coordinate; 0 for floats.
+    step: f32,
+}
+
+impl Geometry {
+    /// The place of its first vertex, in the space that `transform` leads to.
+    pub fn first(&self, transform: DMat4) -> Option<DVec3> {
+        let first = self.positions.first()?.as_dvec3();
+        let bent = self.bent.first().copied().unwrap_or(DMat4::IDENTITY);
+        Some((transform * bent).transform_point3(first))
+    }
+
+    /// Whether a skin places it, whatever its node says.
+    pub fn is_skinned(&self) -> bool {
+        !self.bent.is_empty()
+    }
+
+    /// Whether its vertices have colours.
+    pub fn is_colored(&self) -> bool {
+        !self.colors.is_empty()
+    }
+}
 
 impl Reader<'_> {
     /// How many triangles a primitive draws; 0 for points and lines, which have no surface.
@@ -28,41 +65,41 @@ impl Reader<'_> {
         }
     }
 
-    /// The triangles of a primitive, moved by `world_from_node`: facing as authored, also where
-    /// the transform mirrors; triangles without area are dropped, and so are vertices that no
-    /// triangle uses.
-    pub fn mesh(
+    /// The triangles of a primitive in its own space, before any node places it. What [`Self::placed`] needs
+    /// is read here once for all instances.
+    pub fn geometry(
         &mut self,
-        primitive: &Primitive,
+        part: &Found<'_>,
         look: &Look,
-        world_from_node: Mat4,
-        here: &str,
-    ) -> Result<Mesh, InputError> {
-        let Some(&positions) = primitive.attributes.get("POSITION") else {
+        vertex_colors: bool,
+    ) -> Result<Geometry, InputError> {
+        let (primitive, here) = (part.primitive, &part.place);
+        let Some(&accessor) = primitive.attributes.get("POSITION") else {
             return Err(self.error(here, Malformed, "has no POSITION"));
         };
         let at = format!("{here}, POSITION");
-        let mut positions: Vec<Vec3> =
-            self.vectors::<3>(positions, &at)?.into_iter().map(Vec3::from).collect();
-        for (i, position) in positions.iter_mut().enumerate() {
-            if !position.is_finite() {
-                let cause = format!("vertex {i} is at {position}");
-                return Err(self.error(&at, NotFinite, cause));
-            }
-            let moved = world_from_node.transform_point3(*position);
-            if !moved.is_finite() || moved.abs().max_element() > FARTHEST {
-                let cause = format!("vertex {i}, moved by its node, is at {moved}: too far away");
-                return Err(self.error(&at, OutOfRange, cause));
-            }
-            *position = moved;
+        if let Some(name) = primitive.extensions.keys().find(|name| name.contains("draco"))
+            && self.is_empty(accessor, &at)?
+        {
+            let cause = format!("is packed with {name}, which is not supported{}", way_out(name));
+            return Err(self.error(here, Unsupported, cause));
         }
+        let mut positions: Vec<Vec3> =
+            self.vectors::<3>(accessor, &at)?.into_iter().map(Vec3::from).collect();
+        let morph = (primitive, part.weights);
+        self.morph(&mut positions, "POSITION", morph, here)?;
+        if let Some(i) = positions.iter().position(|position| !position.is_finite()) {
+            let cause = format!("vertex {i} is at {}", positions[i]);
+            return Err(self.error(&at, NotFinite, cause));
+        }
+        let count = positions.len();
 
         let uvs = match primitive.attributes.get(&format!("TEXCOORD_{}", look.uv_set)) {
-            None => vec![Vec2::ZERO; positions.len()],
+            None => vec![Vec2::ZERO; count],
             Some(&uvs) => {
                 let at = format!("{here}, TEXCOORD_{}", look.uv_set);
                 let uvs = self.vectors::<2>(uvs, &at)?;
-                self.same_count(uvs.len(), positions.len(), &at)?;
+                self.same_count(uvs.len(), count, &at)?;
                 let uvs: Vec<Vec2> = uvs
                     .into_iter()
                     .map(|uv| look.uv_transform.transform_point2(uv.into()))
@@ -73,9 +110,68 @@ impl Reader<'_> {
                 uvs
             }
         };
+        let mut normals = Vec::new();
+        if let Some(&authored) = primitive.attributes.get("NORMAL") {
+            let at = format!("{here}, NORMAL");
+            let authored = self.vectors::<3>(authored, &at)?;
+            self.same_count(authored.len(), count, &at)?;
+            normals = authored.into_iter().map(Vec3::from).collect();
+            self.morph(&mut normals, "NORMAL", morph, here)?;
+        }
+        let mut colors = Vec::new();
+        if let Some(&accessor) = primitive.attributes.get("COLOR_0").filter(|_| vertex_colors) {
+            let at = format!("{here}, COLOR_0");
+            let read = self.vectors_up_to::<4>(accessor, &at, 1.0)?;
+            self.same_count(read.len(), count, &at)?;
+            // Forgiving: what is no colour is none.
+            let color = |c: [f32; 4]| {
+                let color = Vec3::new(c[0], c[1], c[2]);
+                if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ONE }
+            };
+            colors = read.into_iter().map(color).collect();
+        }
+        let skin = part.skin.filter(|_| primitive.attributes.contains_key("JOINTS_0"));
+        let bent = match skin {
+            Some(skin) => self.skinned(skin, primitive, count, here)?,
+            None => Vec::new(),
+        };
+        Ok(Geometry {
+            uvs,
+            normals,
+            colors,
+            bent,
+            leaves: self.leaves(primitive, count, here)?,
+            indices: self.corners(primitive, count, here)?,
+            step: self.step(accessor, &at)?,
+            positions,
+        })
+    }
 
-        let mut indices = self.corners(primitive, positions.len(), here)?;
-        let mirrored = world_from_node.determinant() < 0.0;
+    /// The triangles of a primitive in the tree: facing as authored, also where the transform mirrors; triangles
+    /// without area are dropped, and so are vertices that no triangle uses. `transform` is from the primitive
+    /// to the tree, and `origin` is what the tree's own origin is there.
+    pub fn placed(
+        &self,
+        geometry: &Geometry,
+        transform: DMat4,
+        origin: DVec3,
+        here: &str,
+    ) -> Result<Mesh, InputError> {
+        let of_vertex = |i: usize| match geometry.bent.get(i) {
+            Some(&bent) => transform * bent,
+            None => transform,
+        };
+        let mut positions = Vec::with_capacity(geometry.positions.len());
+        for (i, position) in geometry.positions.iter().enumerate() {
+            let moved = (of_vertex(i).transform_point3(position.as_dvec3()) - origin).as_vec3();
+            if !moved.is_finite() || moved.abs().max_element() > FARTHEST {
+                let cause = format!("vertex {i}, moved by its node, is at {moved}: too far away");
+                return Err(self.error(&format!("{here}, POSITION"), OutOfRange, cause));
+            }
+            positions.push(moved);
+        }
+        let mut indices = geometry.indices.clone();
+        let mirrored = of_vertex(0).determinant() < 0.0;
         if mirrored {
             for triangle in indices.chunks_exact_mut(3) {
                 triangle.swap(1, 2);
@@ -84,24 +180,32 @@ impl Reader<'_> {
         let indices = without_degenerate(&indices, &positions);
 
         let mut normals = vec![Vec3::ZERO; positions.len()];
-        if let Some(&authored) = primitive.attributes.get("NORMAL") {
-            let at = format!("{here}, NORMAL");
-            let authored = self.vectors::<3>(authored, &at)?;
-            self.same_count(authored.len(), positions.len(), &at)?;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        for (i, (normal, n)) in normals.iter_mut().zip(&geometry.normals).enumerate() {
             // The cofactor matrix: the inverse transpose times the determinant, and defined also
             // where that is zero. The determinant's sign is taken out again.
-            let [x, y, z] =
-                [world_from_node.x_axis, world_from_node.y_axis, world_from_node.z_axis]
-                    .map(glam::Vec4::truncate);
-            let sign = if mirrored { -1.0 } else { 1.0 };
-            for (normal, n) in normals.iter_mut().zip(authored) {
-                let n = y.cross(z) * n[0] + z.cross(x) * n[1] + x.cross(y) * n[2];
-                // Forgiving: a normal that is none is made from the triangles below.
-                *normal = (n * sign).try_normalize().unwrap_or(Vec3::ZERO);
-            }
+            let m = of_vertex(i);
+            let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(glam::DVec4::truncate);
+            let n = n.as_dvec3();
+            let n = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
+            // Forgiving: a normal that is none is made from the triangles below.
+            *normal = (n * sign).try_normalize().unwrap_or(DVec3::ZERO).as_vec3();
         }
-        let leaves = self.leaves(primitive, positions.len(), here)?;
-        Ok(Mesh { positions, normals, uvs, leaves, indices }.compact())
+        let matrix = of_vertex(0);
+        let scale = [matrix.x_axis, matrix.y_axis, matrix.z_axis]
+            .map(|axis| axis.truncate().length())
+            .into_iter()
+            .fold(0.0, f64::max);
+        let mesh = Mesh {
+            positions,
+            normals,
+            uvs: geometry.uvs.clone(),
+            colors: geometry.colors.clone(),
+            leaves: geometry.leaves.clone(),
+            indices,
+            step: geometry.step * scale as f32,
+        };
+        Ok(mesh.compact())
     }
 
     /// What [`crate::export_glb`] writes of each vertex's leaf. Attributes that begin with `_` are an
@@ -123,7 +227,7 @@ impl Reader<'_> {
         }
     }
 
-    fn same_count(&self, count: usize, positions: usize, at: &str) -> Result<(), InputError> {
+    pub fn same_count(&self, count: usize, positions: usize, at: &str) -> Result<(), InputError> {
         if count == positions {
             return Ok(());
         }

@@ -1,18 +1,33 @@
-//! Which primitives are leaves.
+//! Which primitives are leaves, which are wood, and which are left out.
 
 use super::document::Primitive;
-use super::quoted;
-use glam::Mat4;
+use super::name::{key, quoted, words};
+use super::{ImportOptions, Reader};
+use glam::DMat4;
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use windfall_core::InputError;
-use windfall_core::InputErrorKind::Empty;
+use windfall_core::InputErrorKind::{Empty, Missing};
+use windfall_core::{InputError, NoteCode};
 
 /// Primitives that an error lists before it only counts them.
 const MOST_LISTED: usize = 40;
 
+/// What a primitive is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Use {
+    /// Leaves.
+    Leaves,
+    /// Wood.
+    Wood,
+    /// Neither: it is left out.
+    LeftOut,
+}
+
 /// A primitive as a node draws it.
 pub(super) struct Found<'a> {
+    /// Its number, for people to choose by.
+    pub number: usize,
     /// Where in the file: `mesh 1 "leaves", primitive 0`.
     pub place: String,
     pub node: Option<&'a str>,
@@ -21,78 +36,151 @@ pub(super) struct Found<'a> {
     pub material: Option<&'a str>,
     /// Whether the material has alpha that is used.
     pub masked: bool,
+    /// Triangles of each of its instances.
     pub triangles: u64,
     pub primitive: &'a Primitive,
-    pub world_from_node: Mat4,
-    /// Whether these are leaves: what [`sort`] decides.
-    pub leaves: bool,
+    /// Numbers of the mesh, and of the primitive in it.
+    pub key: (usize, usize),
+    /// From the primitive to the tree, before the place far from the origin is taken off: one for each instance.
+    pub transforms: Vec<DMat4>,
+    pub skin: Option<usize>,
+    /// Weights of morph targets.
+    pub weights: &'a [f32],
+    /// What [`sort`] decides, and why.
+    pub use_as: Option<Use>,
+    pub why: String,
 }
 
 impl Found<'_> {
-    fn by_material(&self) -> bool {
-        let like = |test: fn(&str) -> bool| self.material.is_some_and(test);
-        like(is_leafy) || (self.masked && !like(is_woody))
+    pub fn is(&self, what: Use) -> bool {
+        self.use_as == Some(what)
     }
 
-    fn is_named(&self, name: &str) -> bool {
-        [self.node, self.mesh, self.material]
-            .into_iter()
-            .flatten()
-            .any(|own| own.to_lowercase() == name.to_lowercase())
+    /// Why the material says that these are leaves.
+    fn by_material(&self) -> Option<String> {
+        let like = |test: fn(&str) -> bool| self.material.is_some_and(test);
+        if like(is_leafy) {
+            return Some(format!("material {}", quoted(self.material.unwrap_or_default())));
+        }
+        (self.masked && !like(is_woody)).then(|| "its material is alpha-masked".to_string())
+    }
+
+    /// Why the node or the mesh say so.
+    fn by_name(&self) -> Option<String> {
+        let named = |kind: &str, name: Option<&str>| {
+            name.filter(|name| is_leafy(name)).map(|name| format!("{kind} {}", quoted(name)))
+        };
+        named("node", self.node).or_else(|| named("mesh", self.mesh))
     }
 }
 
-/// Decides which primitives are leaves: those that `names` say, or those that look like it.
+/// The primitives that a choice means: by the name of node, mesh or material, else by number.
+fn chosen(found: &[Found<'_>], choice: &str) -> Vec<usize> {
+    let wanted = key(choice);
+    let is = |name: Option<&str>| name.is_some_and(|own| key(own) == wanted);
+    let named =
+        found.iter().filter(|f| [f.node, f.mesh, f.material].into_iter().any(is)).map(|f| f.number);
+    let named: Vec<usize> = named.collect();
+    if !named.is_empty() {
+        return named;
+    }
+    let number = choice.parse().ok().filter(|&number: &usize| number < found.len());
+    number.into_iter().collect()
+}
+
+/// Decides which primitives are leaves and which wood: as the options say, or as it looks.
 pub(super) fn sort(
     found: &mut [Found<'_>],
-    names: &[String],
-    file: &str,
+    options: &ImportOptions,
+    reader: &mut Reader<'_>,
 ) -> Result<(), InputError> {
-    if let Some(name) = names.iter().find(|name| !found.iter().any(|f| f.is_named(name))) {
-        let cause = format!("no node, mesh or material is named {}", quoted(name));
-        return Err(no_leaves(found, file, &cause));
-    }
-    if names.is_empty() {
-        // A node "tree with leaves" may hold bark too: its name tells only where materials do not.
-        let told: BTreeSet<usize> =
-            found.iter().filter(|f| f.by_material()).map(|f| f.node_index).collect();
-        for part in found.iter_mut() {
-            let by_name = [part.node, part.mesh].into_iter().flatten().any(is_leafy)
-                && !told.contains(&part.node_index);
-            part.leaves = part.by_material() || by_name;
+    let file = reader.file;
+    let mut set = |choices: &[String], what: Use| {
+        for choice in choices {
+            let numbers = chosen(found, choice);
+            if numbers.is_empty() {
+                let cause = format!(
+                    "no primitive has that number, and no node, mesh or material is named {}",
+                    quoted(choice)
+                );
+                return Err(no_leaves(found, file, Missing, &cause));
+            }
+            for number in numbers {
+                found[number].use_as = Some(what);
+                found[number].why = format!("chosen by {}", quoted(choice));
+            }
+        }
+        Ok(())
+    };
+    set(&options.leaves, Use::Leaves)?;
+    set(&options.wood, Use::Wood)?;
+    let rest = match (options.leaves.is_empty(), options.wood.is_empty()) {
+        (true, true) => None,
+        (false, true) => Some(Use::Wood),
+        (true, false) => Some(Use::Leaves),
+        (false, false) => Some(Use::LeftOut),
+    };
+    if let Some(rest) = rest {
+        let mut left_out = Vec::new();
+        for part in found.iter_mut().filter(|part| part.use_as.is_none()) {
+            (part.use_as, part.why) = (Some(rest), "not chosen".to_string());
+            if rest == Use::LeftOut {
+                left_out.push(format!("primitive {} of {}", part.number, part.place));
+            }
+        }
+        if !left_out.is_empty() {
+            let message = format!("neither leaves nor wood: {}", super::scene::listed(&left_out));
+            reader.note(NoteCode::PrimitiveLeftOut, "", message);
         }
     } else {
+        // A node "tree with leaves" may hold bark too: its name tells only where materials do not.
+        let told: BTreeSet<usize> =
+            found.iter().filter(|f| f.by_material().is_some()).map(|f| f.node_index).collect();
         for part in found.iter_mut() {
-            part.leaves = names.iter().any(|name| part.is_named(name));
+            let by_name = part.by_name().filter(|_| !told.contains(&part.node_index));
+            (part.use_as, part.why) = match part.by_material().or(by_name) {
+                Some(why) => (Some(Use::Leaves), why),
+                None => (Some(Use::Wood), "nothing says that it is leaves".to_string()),
+            };
         }
     }
-    if found.iter().any(|f| f.leaves) {
+    if found.iter().any(|f| f.is(Use::Leaves)) {
         return Ok(());
     }
     let cause = "nothing is named like leaves, and no material is alpha-masked";
-    Err(no_leaves(found, file, cause))
+    Err(no_leaves(found, file, Empty, cause))
 }
 
 /// The error for a tree without leaves: what there is, and how to say which of it are leaves.
-pub(super) fn no_leaves(found: &[Found<'_>], file: &str, why: &str) -> InputError {
+pub(super) fn no_leaves(
+    found: &[Found<'_>],
+    file: &str,
+    kind: windfall_core::InputErrorKind,
+    why: &str,
+) -> InputError {
     let mut cause = format!("no leaves: {why}. The primitives are:\n");
     let name = |name: Option<&str>| name.map_or("(unnamed)".to_string(), quoted);
     for part in found.iter().take(MOST_LISTED) {
-        let _ = writeln!(
+        let _ = write!(
             cause,
-            "  node {}, mesh {}, material {}: {} triangles",
+            "  {}: node {}, mesh {}, material {}: {} triangles",
+            part.number,
             name(part.node),
             name(part.mesh),
             name(part.material),
             part.triangles
         );
+        let _ = match part.transforms.len() {
+            1 => writeln!(cause),
+            many => writeln!(cause, ", {many} times"),
+        };
     }
     if found.len() > MOST_LISTED {
         let _ = writeln!(cause, "  and {} more", found.len() - MOST_LISTED);
     }
-    cause +=
-        "Say which of them are leaves with --leaves NAME, the name of a node, mesh or material.";
-    InputError::new(file, "", Empty, cause)
+    cause += "Say which of them are leaves with --leaves NAME: the name of a node, mesh or material, or the \
+              number of a primitive.";
+    InputError::new(file, "", kind, cause)
 }
 
 /// Whether a name speaks of leaves: "Leaves", "oak_leaf.001", "TreeLeaves", "oakleaves".
@@ -107,29 +195,15 @@ fn is_leafy(name: &str) -> bool {
     })
 }
 
+/// Whether a name speaks of a single leaf: "leaf.012".
+pub(super) fn words_say_leaf(name: &str) -> bool {
+    words(name).iter().any(|word| word == "leaf" || word == "leaflet")
+}
+
 fn is_woody(name: &str) -> bool {
     const WORDS: [&str; 8] =
         ["bark", "trunk", "branch", "branches", "wood", "stem", "twig", "twigs"];
     words(name).iter().any(|word| WORDS.contains(&word.as_str()))
-}
-
-/// The words of a name, in lower case: parted by anything but letters, and where a capital follows
-/// a small letter.
-fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut before = ' ';
-    for letter in name.chars() {
-        if !letter.is_alphabetic() || (before.is_lowercase() && letter.is_uppercase()) {
-            words.push(String::new());
-        }
-        if letter.is_alphabetic()
-            && let Some(word) = words.last_mut()
-        {
-            word.extend(letter.to_lowercase());
-        }
-        before = letter;
-    }
-    words
 }
 
 #[cfg(test)]

@@ -2,16 +2,20 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-/// An indexed triangle mesh; all attributes are as long as `positions`, or `leaves` is empty.
+/// An indexed triangle mesh; all attributes are as long as `positions`, but `colors` and `leaves` may be empty.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit normals; before [`Mesh::compact`], zero where the file has none.
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
+    /// Linear colours; empty where the file has none.
+    pub colors: Vec<Vec3>,
     /// The same for the vertices of one leaf, and of no other; empty where the file does not tell.
     pub leaves: Vec<Vec4>,
     pub indices: Vec<u32>,
+    /// Distance between neighbouring values of a coordinate, as the file stores them; 0 for floats.
+    pub step: f32,
 }
 
 impl Mesh {
@@ -29,7 +33,7 @@ impl Mesh {
     /// `new_index` is scratch space: as long as `positions`, and `u32::MAX` throughout, before and
     /// after.
     pub fn part(&self, triangles: &[u32], new_index: &mut [u32]) -> Self {
-        let mut part = Self::default();
+        let mut part = Self { step: self.step, ..Self::default() };
         for &corner in triangles {
             let i = corner as usize;
             if new_index[i] == u32::MAX {
@@ -37,6 +41,7 @@ impl Mesh {
                 part.positions.push(self.positions[i]);
                 part.normals.push(self.normals[i]);
                 part.uvs.push(self.uvs[i]);
+                part.colors.extend(self.colors.get(i));
                 part.leaves.extend(self.leaves.get(i));
             }
             part.indices.push(new_index[i]);
@@ -60,6 +65,46 @@ impl Mesh {
             }
         }
         mesh
+    }
+
+    /// Adds the triangles of another mesh; either both have colours, and leaves, or neither has.
+    pub fn append(&mut self, other: Self) {
+        let base = self.positions.len() as u32;
+        self.positions.extend(other.positions);
+        self.normals.extend(other.normals);
+        self.uvs.extend(other.uvs);
+        self.colors.extend(other.colors);
+        self.leaves.extend(other.leaves);
+        self.indices.extend(other.indices.iter().map(|i| base + i));
+        self.step = self.step.max(other.step);
+    }
+
+    /// Mean colour of some triangles, or of all: by area. White without colours.
+    pub fn mean_color(&self, triangles: &[u32]) -> Vec3 {
+        let (mut sum, mut all) = (Vec3::ZERO, 0.0);
+        for t in triangles.chunks_exact(3) {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
+            let Some(&[x, y, z]) = [a, b, c]
+                .map(|i| self.colors.get(i).copied())
+                .into_iter()
+                .collect::<Option<Vec<_>>>()
+                .as_deref()
+            else {
+                return Vec3::ONE;
+            };
+            let p = [a, b, c].map(|i| self.positions[i]);
+            let area = (p[1] - p[0]).cross(p[2] - p[0]).length();
+            sum += (x + y + z) * (area / 3.0);
+            all += area;
+        }
+        if all > 0.0 { sum / all } else { Vec3::ONE }
+    }
+
+    /// Smallest box around it.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        self.positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)))
     }
 
     /// Unit normal of each vertex: the mean of its triangles by area.

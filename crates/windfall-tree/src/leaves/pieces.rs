@@ -12,47 +12,142 @@ use std::collections::{HashMap, HashSet};
 /// Vertices closer than this part of the mesh's median edge are one.
 const WELD: f32 = 1e-4;
 
-/// Splits a mesh into its pieces, in the order of their first triangles.
-///
-/// A triangle that is there twice (a back face over the same vertices) is kept once: leaves are
-/// drawn from both sides.
-pub(crate) fn pieces(mesh: &Mesh) -> Vec<Mesh> {
-    let ids = weld(mesh);
+/// A mesh cut into pieces, in the order of their first triangles.
+#[derive(Default)]
+pub(crate) struct Pieces {
+    pub mesh: Mesh,
+    /// The place of each vertex: the same for vertices at (nearly) the same position.
+    places: Vec<u32>,
+    /// Corners of all pieces, one after another, and where each piece ends.
+    corners: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+/// One piece: its own mesh, and the place of each of its vertices, numbered by their first use.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Piece {
+    pub mesh: Mesh,
+    pub places: Vec<u32>,
+}
+
+impl Pieces {
+    /// Splits a mesh into its pieces.
+    ///
+    /// A triangle that is there twice (a back face over the same vertices) is kept once: leaves are
+    /// drawn from both sides.
+    pub fn cut(mesh: Mesh) -> Self {
+        let places = weld(&mesh);
+        let triangles = unlike(&mesh, &places);
+        let mut sets = Sets::new(triangles.len());
+        if mesh.leaves.is_empty() {
+            join_by_edges(&mut sets, &triangles, &places);
+        } else {
+            let mut first: HashMap<[u32; 4], u32> = HashMap::new();
+            for (i, triangle) in (0..).zip(&triangles) {
+                let leaf = mesh.leaves[triangle[0] as usize].to_array().map(f32::to_bits);
+                sets.join(*first.entry(leaf).or_insert(i), i);
+            }
+        }
+        let mut piece_of_root: HashMap<u32, usize> = HashMap::new();
+        let mut lists: Vec<Vec<u32>> = Vec::new();
+        for (i, triangle) in triangles.iter().enumerate() {
+            let next = lists.len();
+            let piece = *piece_of_root.entry(sets.root(i as u32)).or_insert(next);
+            if piece == next {
+                lists.push(Vec::new());
+            }
+            lists[piece].extend(triangle);
+        }
+        let mut pieces = Self { mesh, places, ..Self::default() };
+        for list in lists {
+            pieces.corners.extend(list);
+            pieces.ends.push(pieces.corners.len());
+        }
+        pieces
+    }
+
+    /// All of a mesh as one piece.
+    pub fn whole(mesh: Mesh) -> Self {
+        let places = weld(&mesh);
+        let corners: Vec<u32> = unlike(&mesh, &places).into_iter().flatten().collect();
+        let ends = if corners.is_empty() { Vec::new() } else { vec![corners.len()] };
+        Self { mesh, places, corners, ends }
+    }
+
+    /// Adds the pieces of another mesh.
+    pub fn append(&mut self, other: Self) {
+        let vertices = self.mesh.positions.len() as u32;
+        let (places, corners) = (self.places.iter().max().map_or(0, |p| p + 1), self.corners.len());
+        self.places.extend(other.places.iter().map(|place| places + place));
+        self.corners.extend(other.corners.iter().map(|corner| vertices + corner));
+        self.ends.extend(other.ends.iter().map(|end| corners + end));
+        self.mesh.append(other.mesh);
+    }
+
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The corners of a piece.
+    pub fn corners(&self, piece: usize) -> &[u32] {
+        let start = if piece == 0 { 0 } else { self.ends[piece - 1] };
+        &self.corners[start..self.ends[piece]]
+    }
+
+    /// Smallest box around a piece.
+    pub fn bounds(&self, piece: usize) -> (Vec3, Vec3) {
+        self.corners(piece)
+            .iter()
+            .map(|&corner| self.mesh.positions[corner as usize])
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+    }
+
+    /// How many edges of a piece have two triangles, and how many there are.
+    pub fn edges(&self, piece: usize) -> (usize, usize) {
+        let mut counts: HashMap<(u32, u32), usize> = HashMap::new();
+        for t in self.corners(piece).chunks_exact(3) {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|corner| self.places[corner as usize]);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                *counts.entry((from.min(to), from.max(to))).or_default() += 1;
+            }
+        }
+        (counts.values().filter(|&&count| count == 2).count(), counts.len())
+    }
+
+    /// A piece as a mesh of its own. `scratch` comes from [`Self::scratch`].
+    pub fn piece(&self, piece: usize, scratch: &mut Scratch) -> Piece {
+        let corners = self.corners(piece);
+        let mesh = self.mesh.part(corners, &mut scratch.0);
+        let mut new_place: HashMap<u32, u32> = HashMap::new();
+        let mut places = vec![0; mesh.positions.len()];
+        for (&corner, &index) in corners.iter().zip(&mesh.indices) {
+            let next = new_place.len() as u32;
+            places[index as usize] = *new_place.entry(self.places[corner as usize]).or_insert(next);
+        }
+        Piece { mesh, places }
+    }
+
+    /// Space for [`Self::piece`] to work in.
+    pub fn scratch(&self) -> Scratch {
+        Scratch(vec![u32::MAX; self.mesh.positions.len()])
+    }
+}
+
+/// Space to work in.
+pub(crate) struct Scratch(Vec<u32>);
+
+/// The triangles of a mesh, each once.
+fn unlike(mesh: &Mesh, places: &[u32]) -> Vec<[u32; 3]> {
     let mut seen = HashSet::new();
-    let triangles: Vec<[u32; 3]> = mesh
-        .indices
+    mesh.indices
         .chunks_exact(3)
         .map(|t| [t[0], t[1], t[2]])
         .filter(|t| {
-            let mut key = t.map(|corner| ids[corner as usize]);
+            let mut key = t.map(|corner| places[corner as usize]);
             key.sort_unstable();
             seen.insert(key)
         })
-        .collect();
-
-    let mut sets = Sets::new(triangles.len());
-    if mesh.leaves.is_empty() {
-        join_by_edges(&mut sets, &triangles, &ids);
-    } else {
-        let mut first: HashMap<[u32; 4], u32> = HashMap::new();
-        for (i, triangle) in (0..).zip(&triangles) {
-            let leaf = mesh.leaves[triangle[0] as usize].to_array().map(f32::to_bits);
-            sets.join(*first.entry(leaf).or_insert(i), i);
-        }
-    }
-
-    let mut piece_of_root: HashMap<u32, usize> = HashMap::new();
-    let mut corners: Vec<Vec<u32>> = Vec::new();
-    for (i, triangle) in triangles.iter().enumerate() {
-        let next = corners.len();
-        let piece = *piece_of_root.entry(sets.root(i as u32)).or_insert(next);
-        if piece == next {
-            corners.push(Vec::new());
-        }
-        corners[piece].extend(triangle);
-    }
-    let mut scratch = vec![u32::MAX; mesh.positions.len()];
-    corners.iter().map(|corners| mesh.part(corners, &mut scratch)).collect()
+        .collect()
 }
 
 /// Joins triangles that have an edge in common; `ids` are the places of vertices.
@@ -144,13 +239,19 @@ mod tests {
     use super::*;
     use glam::{Vec2, Vec4};
 
+    fn pieces(mesh: &Mesh) -> Vec<Mesh> {
+        let pieces = Pieces::cut(mesh.clone());
+        let mut scratch = pieces.scratch();
+        (0..pieces.len()).map(|i| pieces.piece(i, &mut scratch).mesh).collect()
+    }
+
     fn mesh(positions: &[[f32; 3]], indices: &[u32]) -> Mesh {
         Mesh {
             positions: positions.iter().map(|&p| p.into()).collect(),
             normals: vec![Vec3::Z; positions.len()],
             uvs: vec![Vec2::ZERO; positions.len()],
-            leaves: Vec::new(),
             indices: indices.to_vec(),
+            ..Mesh::default()
         }
     }
 

@@ -1,13 +1,18 @@
 //! Leaves that are the same up to rotation, size and place share one shape.
 
+use super::correspondence::Walk;
+use super::fit::{Similarity, fit};
 use super::mesh::Mesh;
-use glam::{DMat4, DQuat, DVec3, DVec4, Mat3, Quat, Vec3};
+use super::pieces::Piece;
+use glam::{DVec3, Mat3, Quat, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use windfall_core::foliage::{Leaf, LeafShape};
 
 /// Largest distance between a vertex and its place in the shared shape, as part of the piece's
 /// radius.
 const TOLERANCE: f32 = 0.005;
+/// Most of the same where a file stores coordinates in coarse steps: beyond, leaves would look alike that are not.
+const MOST_NOISE: f32 = 0.2;
 /// Largest difference of texture coordinates within one shape: a texel or two.
 const UV_TOLERANCE: f32 = 1.0 / 1024.0;
 /// Shapes that a piece is compared with before it gets one of its own: bounds the time that a crown
@@ -23,15 +28,16 @@ pub(crate) struct Shaper {
     shapes: Vec<LeafShape>,
     /// The first piece of each shape.
     models: Vec<Model>,
-    /// Shapes by their triangles, then by a number that rotation and size do not change.
-    index: HashMap<Vec<u32>, BTreeMap<u32, Vec<u32>>>,
+    /// Shapes by how many triangles and places they have, then by a number that rotation and size do not change.
+    index: HashMap<(usize, usize), BTreeMap<u32, Vec<u32>>>,
 }
 
 /// The piece that a shape was made from, and the shape's frame in it.
 struct Model {
-    piece: Mesh,
-    middle: Vec3,
+    walk: Walk,
     frame: Frame,
+    /// Distance between neighbouring values of its coordinates.
+    step: f32,
 }
 
 /// Where a shape stands in the tree.
@@ -41,33 +47,28 @@ struct Frame {
     orientation: Quat,
 }
 
-/// A rotation, a size and a move.
-#[derive(Clone, Copy)]
-struct Similarity {
-    rotation: Quat,
-    scale: f32,
-}
-
 impl Shaper {
     /// Adds one piece as a leaf of `material`.
-    pub fn add(&mut self, piece: Mesh, material: u32) {
-        let middle = mean(&piece.positions);
-        let number = invariant(&piece, middle);
-        let found = self.find(&piece, middle, number);
-        let (shape, orientation, scale, center) =
-            if let Some((shape, Similarity { rotation, scale })) = found {
-                let Model { middle: model_middle, frame, .. } = &self.models[shape as usize];
-                let center = middle + rotation * (frame.center - model_middle) * scale;
-                (shape, rotation * frame.orientation, scale, center)
-            } else {
-                let shape = self.shapes.len() as u32;
-                let frame = Frame::of(&piece);
-                let trials = self.index.entry(piece.indices.clone()).or_default();
-                trials.entry(number.to_bits()).or_default().push(shape);
-                self.shapes.push(frame.shape(&piece));
-                self.models.push(Model { piece, middle, frame });
-                (shape, frame.orientation, 1.0, frame.center)
-            };
+    pub fn add(&mut self, piece: Piece, material: u32) {
+        let walk = Walk::of(&piece);
+        let middle = walk.middle;
+        let (shape, orientation, scale, center) = if let Some((
+            shape,
+            Similarity { rotation, scale },
+        )) = self.find(&walk, piece.mesh.step)
+        {
+            let Model { walk, frame, .. } = &self.models[shape as usize];
+            let center = middle + rotation * (frame.center - walk.middle) * scale;
+            (shape, rotation * frame.orientation, scale, center)
+        } else {
+            let shape = self.shapes.len() as u32;
+            let frame = Frame::of(&piece.mesh);
+            let trials = self.index.entry(walk.size()).or_default();
+            trials.entry(walk.invariant().to_bits()).or_default().push(shape);
+            self.shapes.push(frame.shape(&piece.mesh));
+            self.models.push(Model { walk, frame, step: piece.mesh.step });
+            (shape, frame.orientation, 1.0, frame.center)
+        };
         self.leaves.push(Leaf {
             center,
             orientation: orientation.normalize(),
@@ -97,24 +98,27 @@ impl Shaper {
         (self.leaves, self.shapes)
     }
 
-    fn find(&self, piece: &Mesh, middle: Vec3, number: f32) -> Option<(u32, Similarity)> {
-        let radius = piece.positions.iter().map(|p| p.distance(middle)).fold(0.0, f32::max);
-        let trials = self.index.get(&piece.indices)?;
+    fn find(&self, walk: &Walk, step: f32) -> Option<(u32, Similarity)> {
+        let radius = walk.radius();
+        let trials = self.index.get(&walk.size())?;
+        // As stored, each coordinate is off by half a step at most, in the piece and in its model.
+        let noise = |model: &Model| 3f32.sqrt() * 0.5 * (step + model.step);
+        let most = (TOLERANCE + 3f32.sqrt() * step / radius.max(f32::MIN_POSITIVE)).min(MOST_NOISE);
+        let number = walk.invariant();
         // Positive floats are ordered as their bits are.
-        let range =
-            (number - 4.0 * TOLERANCE).max(0.0).to_bits()..=(number + 4.0 * TOLERANCE).to_bits();
+        let range = (number - 4.0 * most).max(0.0).to_bits()..=(number + 4.0 * most).to_bits();
         trials.range(range).flat_map(|(_, shapes)| shapes).take(MOST_TRIALS).find_map(|&shape| {
             let model = &self.models[shape as usize];
-            let same_uvs = model.piece.uvs.iter().zip(&piece.uvs);
-            if !same_uvs.into_iter().all(|(a, b)| a.abs_diff_eq(*b, UV_TOLERANCE)) {
-                return None;
-            }
-            let fit = fit(&model.piece.positions, model.middle, &piece.positions, middle)?;
-            let close = model.piece.positions.iter().zip(&piece.positions).all(|(&a, &b)| {
-                let placed = fit.rotation * (a - model.middle) * fit.scale;
-                placed.distance(b - middle) <= TOLERANCE * radius
-            });
-            close.then_some((shape, fit))
+            let tolerance = (TOLERANCE * radius + noise(model)).min(MOST_NOISE * radius);
+            model.walk.find(walk, UV_TOLERANCE, 6.0 * most, |places| {
+                let to: Vec<Vec3> = places.iter().map(|&i| walk.points[i as usize]).collect();
+                let fit = fit(&model.walk.points, model.walk.middle, &to, walk.middle)?;
+                let close = model.walk.points.iter().zip(&to).all(|(&a, &b)| {
+                    let placed = fit.rotation * (a - model.walk.middle) * fit.scale;
+                    placed.distance(b - walk.middle) <= tolerance
+                });
+                close.then_some((shape, fit))
+            })
         })
     }
 
@@ -171,60 +175,6 @@ fn ends(shape: &LeafShape) -> [Vec3; 2] {
 
 fn mean(points: &[Vec3]) -> Vec3 {
     points.iter().sum::<Vec3>() / points.len().max(1) as f32
-}
-
-/// A number that is the same for congruent pieces: how far out the first vertex is, against the
-/// root mean square of all.
-fn invariant(piece: &Mesh, middle: Vec3) -> f32 {
-    let squares = piece.positions.iter().map(|p| p.distance_squared(middle)).sum::<f32>();
-    let spread = (squares / piece.positions.len().max(1) as f32).sqrt();
-    let first = piece.positions.first().map_or(0.0, |p| p.distance(middle));
-    if spread > 0.0 { first / spread } else { 0.0 }
-}
-
-/// The similarity that brings `from` closest to `to`, both seen from their middles, in the sense
-/// of least squares (Horn 1987: the rotation is the main eigenvector of a symmetric 4×4 matrix).
-fn fit(from: &[Vec3], from_middle: Vec3, to: &[Vec3], to_middle: Vec3) -> Option<Similarity> {
-    // S[i][j]: the sum of from.i * to.j.
-    let mut s = [DVec3::ZERO; 3];
-    let mut size = 0.0;
-    for (&a, &b) in from.iter().zip(to) {
-        let (a, b) = ((a - from_middle).as_dvec3(), (b - to_middle).as_dvec3());
-        size += a.length_squared();
-        s[0] += b * a.x;
-        s[1] += b * a.y;
-        s[2] += b * a.z;
-    }
-    let [x, y, z] = s;
-    let shift = (3.0 * (x.length_squared() + y.length_squared() + z.length_squared())).sqrt();
-    // The shift makes every eigenvalue positive, so that powers of the matrix turn to the largest.
-    let mut m = DMat4::from_cols(
-        DVec4::new(x.x + y.y + z.z, y.z - z.y, z.x - x.z, x.y - y.x),
-        DVec4::new(y.z - z.y, x.x - y.y - z.z, x.y + y.x, z.x + x.z),
-        DVec4::new(z.x - x.z, x.y + y.x, y.y - x.x - z.z, y.z + z.y),
-        DVec4::new(x.y - y.x, z.x + x.z, y.z + z.y, z.z - x.x - y.y),
-    ) + DMat4::from_diagonal(DVec4::splat(shift));
-    // The 2²⁰th power: enough for a needle fifty times as long as wide.
-    for _ in 0..20 {
-        let trace = m.x_axis.x + m.y_axis.y + m.z_axis.z + m.w_axis.w;
-        if trace <= 0.0 {
-            return None;
-        }
-        m *= 1.0 / trace;
-        m *= m;
-    }
-    let columns = [m.x_axis, m.y_axis, m.z_axis, m.w_axis];
-    let main =
-        columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
-    let main = main.try_normalize()?;
-    let rotation = DQuat::from_xyzw(main.y, main.z, main.w, main.x);
-    let along: f64 = from
-        .iter()
-        .zip(to)
-        .map(|(&a, &b)| (rotation * (a - from_middle).as_dvec3()).dot((b - to_middle).as_dvec3()))
-        .sum();
-    let scale = (along / size) as f32;
-    (scale.is_finite() && scale > 0.0).then(|| Similarity { rotation: rotation.as_quat(), scale })
 }
 
 impl Frame {

@@ -5,7 +5,7 @@
 use serde_json::{Value, json};
 use windfall_core::InputError;
 use windfall_core::tree::Tree;
-use windfall_tree::{ImportOptions, import};
+use windfall_tree::{Import, ImportOptions, import};
 
 /// A document and its binary chunk.
 #[derive(Clone)]
@@ -157,6 +157,14 @@ impl Model {
     }
 
     pub fn import_with(&self, options: &ImportOptions) -> Result<Tree, InputError> {
+        Ok(self.read_with(options)?.tree)
+    }
+
+    pub fn read(&self) -> Result<Import, InputError> {
+        self.read_with(&ImportOptions::default())
+    }
+
+    pub fn read_with(&self, options: &ImportOptions) -> Result<Import, InputError> {
         import(&self.glb(), "tree.glb", options, &mut |_| Err("no such file".into()))
     }
 }

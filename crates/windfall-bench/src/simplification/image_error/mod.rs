@@ -37,6 +37,7 @@ use windfall_gpu::{Camera, DebugView, Falls, Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_host::tree::read_or_grow;
 use windfall_scenes::Stage;
+use windfall_tree::ImportOptions;
 use windfall_tree::{Species, set_prune_order};
 
 /// Levels of detail that are compared.
@@ -181,7 +182,10 @@ pub fn measure(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Resul
     for name in &args.tree {
         let tree = match (name.parse::<Species>(), args.leaves) {
             (Ok(species), Some(leaves)) => species.grow_with(1, leaves),
-            _ => read_or_grow(name, 1, &[], args.height)?,
+            _ => {
+                let options = ImportOptions { height: args.height, ..ImportOptions::default() };
+                read_or_grow(name, 1, &options)?.tree
+            }
         };
         if tree.foliage.leaves.is_empty() {
             bail!("{name}: has no leaves");
