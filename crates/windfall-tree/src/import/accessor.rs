@@ -135,14 +135,15 @@ impl<'a> Reader<'a> {
         self.elements::<[f32; 16]>(accessor, &here, 16, |c| c == Component::F32)
     }
 
-    /// The distance between neighbouring values of an accessor: 0 for floats.
+    /// The distance between neighbouring values of an accessor: 0 for floats. Normalized 16-bit numbers are taken for
+    /// 14 bits, as glTF-Transform writes by default.
     pub fn step(&self, index: usize, place: &str) -> Result<f32, InputError> {
         let accessor = self.accessor(index, place)?.0;
         Ok(match (Component::new(accessor.component_type), accessor.normalized) {
             (Some(Component::I8), true) => 1.0 / 127.0,
             (Some(Component::U8), true) => 1.0 / 255.0,
-            (Some(Component::I16), true) => 1.0 / 32767.0,
-            (Some(Component::U16), true) => 1.0 / 65535.0,
+            (Some(Component::I16), true) => 4.0 / 32767.0,
+            (Some(Component::U16), true) => 4.0 / 65535.0,
             (Some(Component::F32) | None, _) => 0.0,
             _ => 1.0,
         })
