@@ -3,6 +3,7 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
+mod falling;
 mod output;
 mod path;
 mod reading;

@@ -1,5 +1,6 @@
 //! `windfall render`: a scene to a picture or a film.
 
+use crate::falling::{FallArgs, read_paths};
 use crate::output::{Film, Output};
 use crate::reading::{ReadArgs, Switch, parse_switch, print_notes};
 use anyhow::{Context, bail};
@@ -46,6 +47,8 @@ pub struct Args {
     /// Species whose autumn colours the leaves of the --tree files take
     #[arg(long, value_name = "SPECIES", requires = "tree")]
     palette: Option<String>,
+    #[command(flatten)]
+    fall: FallArgs,
     /// Phase of autumn, 0 late summer to 1 bare
     #[arg(long, value_name = "PHASE")]
     season: Option<f32>,
@@ -191,6 +194,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut notes = Vec::new();
     let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry, &mut notes))?;
     stage.check(&name)?;
+    notes.extend(read_paths(&scene, &folder, &mut stage)?);
     if let Some(rate) = args.throw_rate {
         if !(rate > 0.0 && rate.is_finite()) {
             bail!("--throw-rate {rate}: is not above 0");
@@ -310,6 +314,7 @@ impl Args {
         if let Some(b0) = self.b0 {
             scene.detail.reduction = Reduction::ProjectedArea { b0 };
         }
+        self.fall.apply(&mut scene)?;
         scene.check(file)?;
         Ok(scene)
     }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use windfall_core::forest::Terrain;
 use windfall_core::glam::{Quat, Vec2, Vec3};
 use windfall_core::path::{
-    Fall, FallPath, FallSettings, Hashed, LeafFall, PathSet, Phase, Variation, analysis,
+    Edition, Fall, FallPath, FallSettings, Hashed, LeafFall, PathSet, Phase, Variation, analysis,
 };
 use windfall_core::wind::Wind;
 use windfall_flight::fall_path;
@@ -59,7 +59,11 @@ fn ground() -> impl Strategy<Value = Terrain> {
 }
 
 fn variation() -> impl Strategy<Value = Variation> {
-    prop_oneof![Just(Variation::Paper), Just(Variation::Hashed(Hashed::default())),]
+    prop_oneof![
+        Just(Variation::Paper(Edition::Of2008)),
+        Just(Variation::Paper(Edition::Of2007)),
+        Just(Variation::Hashed(Hashed::default())),
+    ]
 }
 
 proptest! {

@@ -101,6 +101,13 @@ impl Scene {
         number("wind.speed", self.wind.speed, 0.0, 40.0)?;
         number("wind.heading", self.wind.heading, -3600.0, 3600.0)?;
         number("wind.gustiness", self.wind.gustiness, 0.0, 1.0)?;
+        self.variation.check(&name)?;
+        self.fall.check(&name)?;
+        for (i, path) in self.paths.iter().enumerate() {
+            number(&format!("paths[{i}].scale"), path.scale, 1e-6, 1e6)?;
+            number(&format!("paths[{i}].fps"), path.fps.unwrap_or(1.0), 1e-3, 1e5)?;
+            number(&format!("paths[{i}].rate"), path.rate.unwrap_or(60.0), 1.0, 1e4)?;
+        }
         name.number("loose_leaves", self.loose_leaves, 0, MOST_LEAVES)?;
         name.number("elimination_per_frame", self.elimination_per_frame, 1, MOST_LEAVES)?;
         if self.trails.len() > 4 {

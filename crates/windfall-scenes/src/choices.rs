@@ -123,6 +123,15 @@ choices! {
         Occlusion = "occlusion",
     }
 
+    /// What the times of a table of a fall path are in.
+    "time_unit" => TimeUnit {
+        /// Seconds. The default.
+        #[default]
+        Seconds = "s",
+        /// Milliseconds.
+        Milliseconds = "ms",
+    }
+
     /// A preset of what the picture may cost.
     "quality" => QualityPreset {
         /// For weak devices, and for measurements of something else.

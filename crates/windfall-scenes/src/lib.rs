@@ -18,12 +18,14 @@
 mod check;
 mod choices;
 mod detail;
+mod falling;
 mod named;
 mod planted;
 mod stage;
 mod throw;
 
-pub use choices::{Culling, Elimination, QualityPreset, Strategy, UnknownChoice};
+pub use choices::{Culling, Elimination, QualityPreset, Strategy, TimeUnit, UnknownChoice};
+pub use falling::{FallEntry, PathEntry, VariationEntry};
 pub use named::{NAMES, named};
 pub use planted::{PlantedStage, StageCounts, StageError, StageReadback};
 pub use stage::Stage;
@@ -94,6 +96,15 @@ pub struct Scene {
     /// What carries them.
     #[serde(default)]
     pub wind: WindEntry,
+    /// Files of fall paths in place of the built-in ones.
+    #[serde(default)]
+    pub paths: Vec<PathEntry>,
+    /// How falls on the same path differ.
+    #[serde(default)]
+    pub variation: VariationEntry,
+    /// How falls begin and end.
+    #[serde(default)]
+    pub fall: FallEntry,
     /// Most leaves in the air and on the ground together.
     #[serde(default = "defaults::loose_leaves")]
     pub loose_leaves: u32,

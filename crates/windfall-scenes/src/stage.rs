@@ -158,6 +158,8 @@ impl Scene {
                 hash(self.seed, 4),
             ),
             capacity: self.loose_leaves,
+            variation: self.variation.variation(),
+            settings: self.fall.settings(),
             ..Falls::default()
         };
         if let Some(s) = self.shedding {

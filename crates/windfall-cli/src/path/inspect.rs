@@ -3,14 +3,15 @@
 use anyhow::Result;
 use serde_json::json;
 use std::io::Write;
+use windfall_core::Note;
 use windfall_core::path::{FallPath, Gap, PathSet};
 
 /// Prints all paths of a set, for people or as JSON.
-pub fn print(set: &PathSet, as_json: bool) -> Result<()> {
+pub fn print(set: &PathSet, notes: &[Note], as_json: bool) -> Result<()> {
     let mut out = std::io::stdout().lock();
     if as_json {
         let paths: Vec<_> = set.paths().iter().map(describe).collect();
-        serde_json::to_writer_pretty(&mut out, &json!({ "paths": paths }))?;
+        serde_json::to_writer_pretty(&mut out, &json!({ "paths": paths, "notes": notes }))?;
         writeln!(out)?;
         return Ok(());
     }

@@ -4,17 +4,22 @@ mod inspect;
 mod numbers;
 mod plot;
 mod stats;
+mod variations;
 mod verify;
 
+use crate::reading::{UpArg, print_notes};
 use anyhow::{Context, Result, bail};
-use clap::{Subcommand, ValueEnum};
+use clap::Subcommand;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use windfall_core::Note;
 use windfall_core::glam::DVec3;
 use windfall_core::path::PathSet;
 use windfall_flight::{
-    ImportOptions, LeafBody, Up, builtin, import, presets, read_paths, simulated_path, to_ron,
+    ImportOptions, Imported, LeafBody, Up, builtin, import_with, presets, read_paths,
+    simulated_path, to_ron,
 };
+use windfall_scenes::TimeUnit;
 
 /// Arguments of `windfall path`.
 #[derive(clap::Args)]
@@ -37,6 +42,15 @@ enum Command {
         /// Write a plot: from the side, from above, orientation over time, joints
         #[arg(long, value_name = "FILE.svg")]
         plot: Option<PathBuf>,
+        /// Plot so many leaves on the path instead, each falling its own way (VB, Figure 3)
+        #[arg(long, value_name = "N", default_value_t = 0, requires = "plot", value_parser = clap::value_parser!(u32).range(0..=200))]
+        variations: u32,
+        /// Height from which the leaves of --variations fall, metres
+        #[arg(long, value_name = "M", default_value_t = 10.0, requires = "variations")]
+        drop: f32,
+        /// Vary them by the formulas of the paper's text of this year, 2007 or 2008
+        #[arg(long, value_name = "YEAR", requires = "variations", value_parser = clap::value_parser!(u16).range(2007..=2008))]
+        paper: Option<u16>,
         /// Which path of the set to plot
         #[arg(long, default_value_t = 0)]
         index: usize,
@@ -115,9 +129,18 @@ struct ImportArgs {
     /// glTF: name of the animated node
     #[arg(long)]
     node: Option<String>,
+    /// glTF: name of the animation ("take"), or its number from 0; default: the first that moves the node
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
     /// The axis that points up in the file
     #[arg(long, value_enum, default_value_t = UpArg::Y)]
     up: UpArg,
+    /// Tables with frame numbers: frames per second
+    #[arg(long, value_name = "N")]
+    fps: Option<f32>,
+    /// Tables: what times are in: s or ms
+    #[arg(long, value_name = "UNIT", default_value = "s")]
+    time_unit: TimeUnit,
     /// Metres for each unit of the file
     #[arg(long, default_value_t = 1.0)]
     scale: f32,
@@ -127,12 +150,6 @@ struct ImportArgs {
     /// Name of the path; default: the file's
     #[arg(long)]
     name: Option<String>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum UpArg {
-    Y,
-    Z,
 }
 
 fn species(name: &str) -> Result<String, String> {
@@ -149,10 +166,13 @@ impl ImportArgs {
     fn options(&self) -> ImportOptions {
         ImportOptions {
             node: self.node.clone(),
+            animation: self.animation.clone(),
             up: match self.up {
                 UpArg::Y => Up::Y,
                 UpArg::Z => Up::Z,
             },
+            fps: self.fps,
+            time_unit: time_unit(self.time_unit),
             scale: self.scale,
             rate: self.rate,
             name: self.name.clone(),
@@ -169,14 +189,18 @@ impl ImportArgs {
 pub fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Simulate(simulate) => run_simulate(&simulate),
-        Command::Inspect { file, json, plot, index, import } => {
-            let set = load(&file, &import)?;
-            inspect::print(&set, json)?;
+        Command::Inspect { file, json, plot, variations, drop, paper, index, import } => {
+            let (set, notes) = load(&file, &import.options())?;
+            inspect::print(&set, &notes, json)?;
             if let Some(out) = plot {
                 let Some(path) = set.paths().get(index) else {
                     bail!("--index {index}: the set has {} paths", set.paths().len());
                 };
-                write(&out, plot::draw(path)?.as_bytes())?;
+                let svg = match variations {
+                    0 => plot::draw(path)?,
+                    count => variations::draw(path, count, drop, paper)?,
+                };
+                write(&out, svg.as_bytes())?;
                 eprintln!("plot of path {index} written to {}", out.display());
             }
             Ok(())
@@ -184,8 +208,9 @@ pub fn run(args: Args) -> Result<()> {
         Command::Verify { falls } => verify::run(falls),
         Command::Stats { leaves, species, seed } => stats::run(leaves, &species, seed),
         Command::Import { file, import: args, out } => {
-            let path = import_file(&file, &args)?;
-            save(&out, &PathSet::new(vec![path])?)
+            let imported = import_file(&file, &args.options())?;
+            print_notes(&imported.notes);
+            save(&out, &PathSet::new(vec![imported.path])?)
         }
     }
 }
@@ -229,26 +254,37 @@ fn described(args: &Simulate) -> Result<LeafBody> {
     })
 }
 
-/// Reads a path set, or imports a path.
-fn load(file: &Path, args: &ImportArgs) -> Result<PathSet> {
+/// Reads a path set, or imports a path; its notes go to stderr.
+pub fn load(file: &Path, options: &ImportOptions) -> Result<(PathSet, Vec<Note>)> {
     if file == Path::new("builtin") {
-        return Ok(PathSet::builtin());
+        return Ok((PathSet::builtin(), Vec::new()));
     }
     let bytes = read(file)?;
     // RON of ours begins with a parenthesis; no form that is imported does.
     if bytes.starts_with(b"WFPATHS") || bytes.trim_ascii_start().starts_with(b"(") {
-        return Ok(read_paths(&file.display().to_string(), &bytes)?);
+        return Ok((read_paths(&file.display().to_string(), &bytes)?, Vec::new()));
     }
-    Ok(PathSet::new(vec![import_file(file, args)?])?)
+    let imported = import_file(file, options)?;
+    print_notes(&imported.notes);
+    Ok((PathSet::new(vec![imported.path])?, imported.notes))
 }
 
-fn import_file(file: &Path, args: &ImportArgs) -> Result<windfall_core::path::FallPath> {
+fn import_file(file: &Path, options: &ImportOptions) -> Result<Imported> {
     let bytes = read(file)?;
-    let imported = import(&file.display().to_string(), &bytes, &args.options())?;
-    for repair in &imported.repairs {
-        eprintln!("note: {}: {repair}", file.display());
+    let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+    let mut resolve = |uri: &str| {
+        let beside = folder.join(uri);
+        std::fs::read(&beside).map_err(|e| format!("{}: {e}", beside.display()))
+    };
+    Ok(import_with(&file.display().to_string(), &bytes, options, &mut resolve)?)
+}
+
+/// What the importer calls a unit of time.
+pub fn time_unit(unit: TimeUnit) -> windfall_flight::TimeUnit {
+    match unit {
+        TimeUnit::Seconds => windfall_flight::TimeUnit::Seconds,
+        TimeUnit::Milliseconds => windfall_flight::TimeUnit::Milliseconds,
     }
-    Ok(imported.path)
 }
 
 fn read(file: &Path) -> Result<Vec<u8>> {
@@ -261,7 +297,7 @@ fn save(out: &Path, set: &PathSet) -> Result<()> {
     } else {
         write(out, &set.to_bytes())?;
     }
-    inspect::print(set, false)?;
+    inspect::print(set, &[], false)?;
     eprintln!("written to {}", out.display());
     Ok(())
 }

@@ -38,7 +38,9 @@ pub fn draw(path: &FallPath) -> Result<String> {
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "the signature of map_err")]
-fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
+pub(super) fn failed<E: std::error::Error + Send + Sync>(
+    error: DrawingAreaErrorKind<E>,
+) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use std::io::Write;
 use windfall_core::forest::Terrain;
 use windfall_core::glam::{DVec3, Quat, Vec3};
-use windfall_core::path::{Fall, FallSettings, LeafFall, PathSet, Variation};
+use windfall_core::path::{Edition, Fall, FallSettings, LeafFall, PathSet, Variation};
 use windfall_core::rng::{Rng, hash};
 use windfall_core::wind::Wind;
 use windfall_flight::{Flight, LeafBody, presets, simulated_path};
@@ -88,9 +88,9 @@ pub fn run(leaves: u32, species: &str, seed: u32) -> Result<()> {
     let hashed = Variation::default();
     let columns = [
         ("one path of 200 samples, hashed", &single, 0, hashed.clone()),
-        ("one path of 200 samples, paper", &single, 0, Variation::Paper),
+        ("one path of 200 samples, paper", &single, 0, Variation::Paper(Edition::Of2008)),
         ("default set, hashed", &builtin, group, hashed),
-        ("default set, paper", &builtin, group, Variation::Paper),
+        ("default set, paper", &builtin, group, Variation::Paper(Edition::Of2008)),
     ];
     let sets: Vec<(&str, Falls)> = columns
         .into_iter()

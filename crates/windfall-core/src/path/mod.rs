@@ -41,7 +41,7 @@ pub use playback::{Fall, FallSettings, LeafFall, LeafPose, Phase};
 pub use tables::{
     Flight, GroupFlights, JointRecord, MAX_FLIGHTS, PathRecord, PathSet, PathTables, Sample,
 };
-pub use variation::{Hashed, Variant, Variation};
+pub use variation::{Edition, Hashed, Variant, Variation};
 
 use crate::error::{InputError, InputErrorKind};
 use glam::{Quat, Vec3};

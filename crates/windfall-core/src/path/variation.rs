@@ -9,15 +9,32 @@ use std::ops::Range;
 /// How falls on the same paths differ.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Variation {
-    /// VB's own formulas of the leaf's position, as the 2008 text prints them. Kept to reproduce
-    /// the paper; it has defects: a scale is 0 at some positions and up to 3 at others, leaves on a
+    /// VB's own formulas of the leaf's position. Kept to reproduce
+    /// the papers; they have defects: a scale is 0 at some positions and up to 3 at others, leaves on a
     /// plane `x = 0` all fall alike, and neighbours fall nearly alike.
-    ///
-    /// The 2007 text differs: its rotation is `mod(x*y*z*17, 360)`, its scales have a factor 3 under
-    /// the `mod` (`mod(z*y*3, 3)`), its starting point is `mod(y*x*317, starts - 1)`.
-    Paper,
+    Paper(Edition),
     /// From the leaf's hash; none of those defects.
     Hashed(Hashed),
+}
+
+/// The text whose formulas [`Variation::Paper`] takes: rotation about Y in degrees, scales of X and Z, starting point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Edition {
+    /// VB 2007: `mod(x*y*z*17, 360)`, `mod(z*y*3, 3)` and `mod(x*y*3, 3)`, `mod(y*x*317, starts - 1)`.
+    Of2007,
+    /// VB 2008: `mod(x*y*z*37, 360)`, `mod(z*y, 3)` and `mod(x*y, 3)`, `mod(y*x*37, starts - 1)`. The default.
+    #[default]
+    Of2008,
+}
+
+impl Edition {
+    /// The factors of rotation, scale and starting point under the `mod`.
+    pub const fn factors(self) -> [f32; 3] {
+        match self {
+            Self::Of2007 => [17.0, 3.0, 317.0],
+            Self::Of2008 => [37.0, 1.0, 37.0],
+        }
+    }
 }
 
 impl Default for Variation {
@@ -87,18 +104,20 @@ impl Variation {
         let flights = tables.group_flights.get(leaf.group as usize);
         let flights = flights.unwrap_or(&tables.group_flights[0]);
         match self {
-            Self::Paper => {
+            Self::Paper(edition) => {
+                let [turn, size, first] = edition.factors();
                 let Vec3 { x, y, z } = leaf.origin;
                 let starts = (flights.plain.max(2) - 1) as f32;
-                let start = pick(glsl_mod(y * x * 37.0, starts) / starts, flights.plain.max(2) - 1);
+                let start =
+                    pick(glsl_mod(y * x * first, starts) / starts, flights.plain.max(2) - 1);
                 let word = flights.first + start.min(flights.plain - 1);
                 let flight = tables.flights[word as usize];
                 Variant {
                     path: flight.path,
                     joint: flight.joint,
                     start: flight.start,
-                    yaw: glsl_mod(x * y * z * 37.0, 360.0).to_radians(),
-                    scale: Vec2::new(glsl_mod(z * y, 3.0), glsl_mod(x * y, 3.0)),
+                    yaw: glsl_mod(x * y * z * turn, 360.0).to_radians(),
+                    scale: Vec2::new(glsl_mod(z * y * size, 3.0), glsl_mod(x * y * size, 3.0)),
                     rate: 1.0,
                     word,
                 }

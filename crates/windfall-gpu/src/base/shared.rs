@@ -479,7 +479,7 @@ gpu_struct! {
         pub rate_low: f32,
         /// Bounds of the playback rate.
         pub rate_high: f32,
-        /// 1 for `Variation::Paper`.
+        /// 1 for `Variation::Paper` of 2008, 2 for that of 2007.
         pub paper_variation: u32,
         /// Samples along a side of the terrain.
         pub ground_side: u32,

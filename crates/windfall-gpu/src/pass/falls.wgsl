@@ -401,7 +401,7 @@ fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
         let variant = variant_of(b.y, a.xyz);
         let flight = flight_of(variant.flight);
         // The paper's variation follows from the leaf's place on the twig, which slots do not hold.
-        let slow = fall.paper_variation == 1u || near_twig(flight, variant, elapsed);
+        let slow = fall.paper_variation != 0u || near_twig(flight, variant, elapsed);
         changes = changes || (held && slow);
         leaf = located(flying_leaf(a, b, flight, variant, window.gusts), place_in_air(elapsed));
     }

@@ -7,7 +7,7 @@ use crate::scene::falls::Falls;
 use bytemuck::Zeroable;
 use glam::{Quat, UVec4, Vec3, Vec4};
 use windfall_core::forest::Terrain;
-use windfall_core::path::{FallSettings, Flight, PathTables, Variation};
+use windfall_core::path::{Edition, FallSettings, Flight, PathTables, Variation};
 use windfall_core::shed::Shedding;
 use windfall_core::wind::Wind;
 
@@ -44,7 +44,8 @@ pub fn tables(
     frame.settle_time = settings.settle_time;
     frame.settle_turn = settings.settle_turn;
     match &falls.variation {
-        Variation::Paper => frame.paper_variation = 1,
+        Variation::Paper(Edition::Of2008) => frame.paper_variation = 1,
+        Variation::Paper(Edition::Of2007) => frame.paper_variation = 2,
         Variation::Hashed(bounds) => {
             (frame.scale_low, frame.scale_high) = (bounds.scale.start, bounds.scale.end);
             (frame.rate_low, frame.rate_high) = (bounds.rate.start, bounds.rate.end);

@@ -7,7 +7,7 @@ use glam::{DVec3, Quat, Vec3};
 use std::collections::{HashMap, HashSet};
 use windfall_core::foliage::Leaf;
 use windfall_core::forest::{Forest as Placed, Placement, Terrain};
-use windfall_core::path::{Fall, LeafFall, Phase, Variation};
+use windfall_core::path::{Edition, Fall, LeafFall, Phase, Variation};
 use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
@@ -228,12 +228,14 @@ fn poses_are_those_of_the_reference() {
 
 #[test]
 fn poses_of_the_papers_variation_are_those_of_the_reference() {
-    let mut scene = scene(1_000_000);
-    scene.falls.variation = Variation::Paper;
-    // Its rotation is of a product of up to 2e5 degrees, of which f32 tells 1/64 apart: over a way
-    // of 10 m that is 3 mm, and horizontal scales go up to 3. Where so little decides which face
-    // of a leaf lies up, only those in the air can be compared.
-    check(&scene.watched().leaves(75.0), &reference(&scene, 75.0), 9e-3, None);
+    for edition in [Edition::Of2008, Edition::Of2007] {
+        let mut scene = scene(1_000_000);
+        scene.falls.variation = Variation::Paper(edition);
+        // Its rotation is of a product of up to 2e5 degrees, of which f32 tells 1/64 apart: over a way
+        // of 10 m that is 3 mm, and horizontal scales go up to 3. Where so little decides which face
+        // of a leaf lies up, only those in the air can be compared.
+        check(&scene.watched().leaves(75.0), &reference(&scene, 75.0), 9e-3, None);
+    }
 }
 
 /// Leaves of two of the trees, some of them when the season has taken them, some twice.
