@@ -4,6 +4,8 @@
 //! 3 no graphics adapter.
 
 mod falling;
+mod framing;
+mod linear;
 mod output;
 mod path;
 mod reading;

@@ -15,7 +15,8 @@ pub enum Output {
     Apng(PathBuf),
     Gif(PathBuf),
     Mp4(PathBuf),
-    /// A PNG per frame: what stands before the number, its width, what stands after.
+    Exr(PathBuf),
+    /// A PNG or EXR per frame: what stands before the number, its width, what stands after.
     Frames {
         before: String,
         digits: usize,
@@ -42,8 +43,8 @@ impl Output {
             if after.contains('%') {
                 bail!("--out {text}: a pattern has one number");
             }
-            if !after.to_lowercase().ends_with(".png") {
-                bail!("--out {text}: frames are written as .png");
+            if ![".png", ".exr"].iter().any(|end| after.to_lowercase().ends_with(end)) {
+                bail!("--out {text}: frames are written as .png or .exr");
             }
             return Ok(Self::Frames { before: before.to_owned(), digits, after });
         }
@@ -57,7 +58,8 @@ impl Output {
             "apng" => Self::Apng(path),
             "gif" => Self::Gif(path),
             "mp4" => Self::Mp4(path),
-            _ => bail!("--out {text}: the name must end in .png, .apng, .gif or .mp4"),
+            "exr" => Self::Exr(path),
+            _ => bail!("--out {text}: the name must end in .png, .exr, .apng, .gif or .mp4"),
         })
     }
 
@@ -72,9 +74,25 @@ impl Output {
     }
 }
 
+impl Output {
+    /// Whether frames are EXR files: linear radiance and depth.
+    pub fn is_exr(&self) -> bool {
+        match self {
+            Self::Exr(_) => true,
+            Self::Frames { after, .. } => after.to_lowercase().ends_with(".exr"),
+            _ => false,
+        }
+    }
+
+    /// Whether a clear sky can be written.
+    pub fn has_alpha(&self) -> bool {
+        matches!(self, Self::Png(_) | Self::Apng(_) | Self::Exr(_) | Self::Frames { .. })
+    }
+}
+
 /// A film on its way to one file.
 pub enum Film {
-    Apng { writer: Box<png::Writer<File>>, file: AtomicFile },
+    Apng { writer: Box<png::Writer<File>>, alpha: bool, file: AtomicFile },
     Gif { encoder: Box<gif::Encoder<BufWriter<File>>>, delay: u16, file: AtomicFile },
     Mp4 { ffmpeg: Child, file: AtomicFile },
 }
@@ -86,18 +104,19 @@ impl Film {
         (width, height): (u32, u32),
         frames: u32,
         fps: f32,
+        alpha: bool,
     ) -> anyhow::Result<Option<Self>> {
         Ok(Some(match output {
-            Output::Png(_) | Output::Frames { .. } => return Ok(None),
+            Output::Png(_) | Output::Exr(_) | Output::Frames { .. } => return Ok(None),
             Output::Apng(path) => {
                 let file = AtomicFile::create(path)?;
                 let mut encoder = png::Encoder::new(file.reopen()?, width, height);
-                encoder.set_color(png::ColorType::Rgb);
+                encoder.set_color(if alpha { png::ColorType::Rgba } else { png::ColorType::Rgb });
                 encoder.set_animated(frames, 0)?;
                 let (numerator, denominator) = frame_delay(fps);
                 encoder.set_frame_delay(numerator, denominator)?;
                 let writer = Box::new(encoder.write_header()?);
-                Self::Apng { writer, file }
+                Self::Apng { writer, alpha, file }
             }
             Output::Gif(path) => {
                 let (Ok(w), Ok(h)) = (u16::try_from(width), u16::try_from(height)) else {
@@ -119,7 +138,11 @@ impl Film {
                 let ffmpeg = Command::new("ffmpeg")
                     .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba"])
                     .args(["-s", &format!("{width}x{height}"), "-r", &fps.to_string()])
-                    .args(["-i", "-", "-c:v", "libx264", "-pix_fmt", "yuv420p"])
+                    // Players take HD for BT.709: convert to it, and say so.
+                    .args(["-i", "-", "-vf", "scale=out_color_matrix=bt709:out_range=tv"])
+                    .args(["-c:v", "libx264", "-pix_fmt", "yuv420p", "-color_range", "tv"])
+                    .args(["-colorspace", "bt709", "-color_primaries", "bt709"])
+                    .args(["-color_trc", "bt709"])
                     .args(["-crf", "17", "-movflags", "+faststart", "-f", "mp4"])
                     .arg(file.temporary_path())
                     .stdin(Stdio::piped())
@@ -140,6 +163,7 @@ impl Film {
     /// Adds a frame.
     pub fn add(&mut self, image: &RgbaImage<'_>) -> anyhow::Result<()> {
         match self {
+            Self::Apng { writer, alpha: true, .. } => writer.write_image_data(image.rgba)?,
             Self::Apng { writer, .. } => writer.write_image_data(&image.rgb())?,
             Self::Gif { encoder, delay, .. } => {
                 let mut rgba = image.rgba.to_vec();
@@ -161,7 +185,7 @@ impl Film {
     /// Ends the film and puts it in its place.
     pub fn finish(self) -> anyhow::Result<()> {
         match self {
-            Self::Apng { writer, file } => {
+            Self::Apng { writer, file, .. } => {
                 writer.finish()?;
                 file.commit()
             }
@@ -203,7 +227,7 @@ mod tests {
         assert_eq!(Output::parse("f%d.png").unwrap().frame_path(7), Some("f7.png".into()));
         for (text, message) in [
             ("a.bmp", "must end in"),
-            ("f_%05d.gif", "written as .png"),
+            ("f_%05d.gif", "written as .png or .exr"),
             ("f_%0x.png", "%d or %05d"),
             ("f_%d_%d.png", "one number"),
             ("f_%99d.png", "%99d"),

@@ -1,6 +1,8 @@
 //! `windfall render`: a scene to a picture or a film.
 
 use crate::falling::{FallArgs, read_paths};
+use crate::framing;
+use crate::linear::{Linear, LinearImage};
 use crate::output::{Film, Output};
 use crate::reading::{ReadArgs, Switch, parse_switch, print_notes};
 use anyhow::{Context, bail};
@@ -14,13 +16,14 @@ use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_core::tree::Tree;
 use windfall_gpu::{
-    Capture, DebugView, Light, Options, PictureTargets, Recording, Renderer, SkyMap, SkyPicture,
-    View, ViewState,
+    Capture, DebugView, Layer, Light, Options, PictureTargets, Recording, Renderer, SkyMap,
+    SkyPicture, View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{
-    Culling, Elimination, PlantedStage, QualityPreset, Scene, Source, Stage, Strategy, TreeEntry,
+    CameraKey, Culling, Elimination, PlantedStage, QualityPreset, Scene, Source, Stage, Strategy,
+    TreeEntry,
 };
 use windfall_tree::Species;
 
@@ -52,6 +55,10 @@ pub struct Args {
     /// Phase of autumn, 0 late summer to 1 bare
     #[arg(long, value_name = "PHASE")]
     season: Option<f32>,
+    /// Camera in place of the scene's: eye and target as X,HEIGHT,Z in metres, heights above the ground there, and
+    /// vertical field of view in degrees
+    #[arg(long, num_args = 3, value_names = ["EYE", "TARGET", "FOV"], allow_hyphen_values = true)]
+    camera: Vec<String>,
     /// Size of the picture
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<(u32, u32)>,
@@ -115,7 +122,10 @@ pub struct Args {
     /// Skip frames whose file is there (with a pattern such as frames_%05d.png)
     #[arg(long)]
     resume: bool,
-    /// Where to: FILE.png, FILE.apng, FILE.gif, FILE.mp4 or frames_%05d.png
+    /// Leave the sky clear: straight alpha in .png, .apng and .exr
+    #[arg(long)]
+    alpha: bool,
+    /// Where to: FILE.png, FILE.exr (linear, with depth), FILE.apng, FILE.gif, FILE.mp4, frames_%05d.png or .exr
     #[arg(long, value_name = "FILE")]
     out: String,
 }
@@ -164,10 +174,13 @@ struct FrameReport {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let output = Output::parse(&args.out)?;
     let (scene, folder, name) = read_scene(&args.scene)?;
-    let scene = args.apply(scene, &name)?;
+    let mut scene = args.apply(scene, &name)?;
     let moments = args.moments(&scene, &output)?;
     if args.resume && !matches!(output, Output::Frames { .. }) {
         bail!("--resume needs a pattern such as --out frames_%05d.png");
+    }
+    if args.alpha && !output.has_alpha() {
+        bail!("--alpha: --out {} has no alpha; .png, .apng and .exr have", args.out);
     }
     let mut gpu = Gpu::open()?;
     let largest = gpu.device.limits().max_texture_dimension_2d;
@@ -192,7 +205,23 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let mut notes = Vec::new();
-    let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry, &mut notes))?;
+    let mut read = scene
+        .trees
+        .iter()
+        .filter_map(|entry| match &entry.source {
+            Source::File(file) => Some(read_tree(&folder, file, entry, &mut notes)),
+            Source::Species(_) => None,
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let framed = !args.tree.is_empty() && args.camera.is_empty();
+    if framed {
+        framing::fit_to_trees(&mut scene, &read);
+    }
+    read.reverse();
+    let mut stage = scene.build(|_, _| read.pop().context("a tree for each file"))?;
+    if framed && stage.forest.instances.len() == 1 {
+        framing::look_at_tree(&mut scene, &stage);
+    }
     stage.check(&name)?;
     notes.extend(read_paths(&scene, &folder, &mut stage)?);
     if let Some(rate) = args.throw_rate {
@@ -210,9 +239,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .as_ref()
         .map(|f| windfall_host::sky::read(&folder.join(f)))
         .transpose()?;
-    let mut pictures = Pictures::new(&gpu, &stage, scene.size, sky.as_ref())?;
+    let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, args.alpha));
+    let mut pictures = Pictures::new(&gpu, &stage, scene.size, (sky.as_ref(), linear))?;
     gpu.check()?;
-    let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
+    let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
     for &(frame, time) in &moments {
@@ -221,13 +251,22 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             progress.inc(1);
             continue;
         }
-        let view = View { show: args.view, ..scene.view(time, &stage.forest.terrain) };
-        let (rgba, report) = pictures.draw(&mut gpu, view, (frame, time))?;
+        let view = View {
+            show: args.view,
+            transparent_sky: args.alpha,
+            ..scene.view(time, &stage.forest.terrain)
+        };
+        let (rgba, linear, report) = pictures.draw(&mut gpu, view, (frame, time))?;
         let image = RgbaImage { width: scene.size.0, height: scene.size.1, rgba: &rgba };
-        match (&output, &mut film, path) {
-            (_, Some(film), _) => film.add(&image)?,
-            (_, _, Some(path)) => image.save_png(&path)?,
-            (Output::Png(path), _, _) => image.save_png(path)?,
+        let file = match &output {
+            Output::Png(path) | Output::Exr(path) => Some(path.clone()),
+            _ => path,
+        };
+        match (&mut film, linear, file) {
+            (Some(film), ..) => film.add(&image)?,
+            (_, Some(linear), Some(path)) => linear.save_exr(&path)?,
+            (_, None, Some(path)) if args.alpha => image.save_png_with_alpha(&path)?,
+            (_, None, Some(path)) => image.save_png(&path)?,
             _ => {}
         }
         reports.push(report);
@@ -306,6 +345,9 @@ impl Args {
                  fragment or vertex-buffer"
             );
         }
+        if let [eye, target, fov] = self.camera.as_slice() {
+            scene.camera = vec![camera_key(eye, target, fov)?];
+        }
         scene.culling = self.culling.unwrap_or(scene.culling);
         scene.detail.h = self.h.unwrap_or(scene.detail.h);
         if let Some(d0) = self.d0 {
@@ -343,7 +385,7 @@ impl Args {
 
     /// The frames to draw and their moments.
     fn moments(&self, scene: &Scene, output: &Output) -> anyhow::Result<Vec<(u32, f64)>> {
-        let film = !matches!(output, Output::Png(_));
+        let film = !matches!(output, Output::Png(_) | Output::Exr(_));
         Ok(match self.frames {
             Some((first, last)) if !film && first != last => {
                 bail!(
@@ -360,6 +402,23 @@ impl Args {
             None => vec![((scene.time * f64::from(scene.fps)).max(0.0) as u32, scene.time)],
         })
     }
+}
+
+/// A camera that stands still.
+fn camera_key(eye: &str, target: &str, fov: &str) -> anyhow::Result<CameraKey> {
+    let place = |text: &str| -> Option<(f64, f64, f64)> {
+        let mut numbers = text.split(',').map(|part| part.trim().parse().ok());
+        let place = (numbers.next()??, numbers.next()??, numbers.next()??);
+        numbers.next().is_none().then_some(place)
+    };
+    let point = |text: &str| {
+        place(text)
+            .with_context(|| format!("--camera {text}: a place is X,HEIGHT,Z, such as 0,1.7,20"))
+    };
+    let degrees = fov.parse();
+    let fov =
+        degrees.ok().with_context(|| format!("--camera {fov}: the last is an angle, degrees"))?;
+    Ok(CameraKey { time: 0.0, eye: point(eye)?, target: point(target)?, fov })
 }
 
 fn progress_bar(frames: u64) -> ProgressBar {
@@ -381,6 +440,7 @@ struct Pictures {
     targets: PictureTargets,
     texture: wgpu::Texture,
     sky: Option<SkyMap>,
+    linear: Option<Linear>,
 }
 
 impl Pictures {
@@ -388,7 +448,7 @@ impl Pictures {
         gpu: &Gpu,
         stage: &Stage,
         (width, height): (u32, u32),
-        sky: Option<&SkyPicture>,
+        (sky, linear): (Option<&SkyPicture>, Option<Linear>),
     ) -> anyhow::Result<Self> {
         let (device, queue) = (&gpu.device, &gpu.queue);
         let renderer = Renderer::new(device, &Options::picture(FORMAT))?;
@@ -398,7 +458,7 @@ impl Pictures {
         let targets = renderer.targets(width, height)?;
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = Capture::texture(device, size, FORMAT);
-        Ok(Self { renderer, planted, state, targets, texture, sky })
+        Ok(Self { renderer, planted, state, targets, texture, sky, linear })
     }
 
     fn draw(
@@ -406,17 +466,20 @@ impl Pictures {
         gpu: &mut Gpu,
         mut view: View,
         (frame, time): (u32, f64),
-    ) -> anyhow::Result<(Vec<u8>, FrameReport)> {
+    ) -> anyhow::Result<(Vec<u8>, Option<LinearImage>, FrameReport)> {
         if let Light::Sky(_, map) = &mut view.light {
             map.clone_from(&self.sky);
         }
         let start = Instant::now();
-        let Self { renderer, planted, state, targets, texture, .. } = self;
+        let Self { renderer, planted, state, targets, texture, linear, .. } = self;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let output = texture.create_view(&Default::default());
         let mut recording =
             Recording { queue: &gpu.queue, encoder: &mut encoder, timing: gpu.timing() };
-        planted.render(renderer, &mut recording, state, (time, &view), (targets, &output))?;
+        let mut layers: Vec<&mut dyn Layer> = Vec::new();
+        layers.extend(linear.as_mut().map(|layer| layer as &mut dyn Layer));
+        let target = (&*targets, &output);
+        planted.render_with(renderer, &mut recording, state, (time, &view), target, layers)?;
         let capture = Capture::encode(&gpu.device, &mut encoder, texture);
         let counts =
             planted.count(&gpu.device, &mut encoder, state).context("nothing was drawn")?;
@@ -426,9 +489,14 @@ impl Pictures {
         gpu.profiler.end_frame().context("timers")?;
         capture.map();
         counts.map();
+        if let Some(linear) = linear {
+            linear.map();
+        }
         gpu.wait()?;
         let counts = counts.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
+        let linear =
+            linear.as_ref().map(|linear| linear.take().context("the radiance did not arrive"));
         let (totals, trees) = (planted.forest.totals(), counts.trees);
         let report = FrameReport {
             frame,
@@ -450,6 +518,6 @@ impl Pictures {
             cpu_ms,
             gpu_ms: gpu.pass_times(),
         };
-        Ok((rgba, report))
+        Ok((rgba, linear.transpose()?, report))
     }
 }

@@ -37,12 +37,25 @@ impl RgbaImage<'_> {
     ///
     /// The file cannot be written, or `rgba` is not `width * height` pixels.
     pub fn save_png(&self, path: &Path) -> anyhow::Result<()> {
+        self.write_png(path, png::ColorType::Rgb, &self.rgb())
+    }
+
+    /// Writes a PNG file with its alpha, whole or not at all.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::save_png`].
+    pub fn save_png_with_alpha(&self, path: &Path) -> anyhow::Result<()> {
+        self.write_png(path, png::ColorType::Rgba, self.rgba)
+    }
+
+    fn write_png(&self, path: &Path, color: png::ColorType, data: &[u8]) -> anyhow::Result<()> {
         write_atomic(path, |file| {
             let mut encoder = png::Encoder::new(file, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_color(color);
             encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
             let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.rgb())?;
+            writer.write_image_data(data)?;
             writer.finish()?;
             Ok(())
         })

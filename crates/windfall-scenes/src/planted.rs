@@ -114,12 +114,30 @@ impl PlantedStage {
         renderer: &Renderer,
         recording: &mut Recording<'_>,
         state: &mut ViewState,
+        moment: (f64, &View),
+        target: (&PictureTargets, &wgpu::TextureView),
+    ) -> Result<(), StageError> {
+        self.render_with(renderer, recording, state, moment, target, Vec::new())
+    }
+
+    /// [`PlantedStage::render`] with layers of the caller's, after the stage's own.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`PlantedStage::render`].
+    pub fn render_with(
+        &mut self,
+        renderer: &Renderer,
+        recording: &mut Recording<'_>,
+        state: &mut ViewState,
         (time, view): (f64, &View),
         (targets, output): (&PictureTargets, &wgpu::TextureView),
+        others: Vec<&mut dyn Layer>,
     ) -> Result<(), StageError> {
         renderer.advance(recording, &mut self.forest, Moment::of(time, view))?;
         let mut layers: Vec<&mut dyn Layer> = Vec::new();
         layers.extend(self.published.as_mut().map(|falls| falls as &mut dyn Layer));
+        layers.extend(others.into_iter().map(|layer| layer as &mut dyn Layer));
         let picture = Picture { targets, output, layers: &mut layers };
         Ok(renderer.render(recording, &self.forest, state, view, picture)?)
     }

@@ -197,6 +197,7 @@ impl Scene {
             light: Light::Sky(sky, None),
             meadow: self.terrain.meadow,
             trails: self.trails(),
+            transparent_sky: false,
             shadows: self.shadows,
             show: DebugView::default(),
             detail: self.detail,

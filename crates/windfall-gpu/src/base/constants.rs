@@ -111,6 +111,8 @@ effects! {
     AmbientOcclusion = AMBIENT_OCCLUSION;
     /// Pixels are filtered from samples of their neighbours too.
     ResolveFilter = RESOLVE_FILTER;
+    /// The picture is clear where the sky would be.
+    TransparentSky = TRANSPARENT_SKY;
 }
 
 impl Effect {

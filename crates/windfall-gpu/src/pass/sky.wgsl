@@ -158,5 +158,6 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     if has(BACKDROP) {
         color = backdrop(color, direction, pixel_angle);
     }
-    return vec4(color, 1.0);
+    // Everything else has alpha.
+    return vec4(color, select(1.0, 0.0, has(TRANSPARENT_SKY)));
 }

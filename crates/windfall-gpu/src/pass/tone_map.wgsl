@@ -38,8 +38,7 @@ fn neutral(color: vec3<f32>) -> vec3<f32> {
 const NEIGHBOURS = array<vec3<i32>, 4>(vec3(1, 0, 2), vec3(0, 1, 0), vec3(-1, 0, 1), vec3(0, -1, 3));
 const NEIGHBOUR_WEIGHT: f32 = 0.6;
 
-fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
-    let linear = textureLoad(radiance, at, i).rgb;
+fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     if frame.show == SHOW_COVERAGE {
         return linear;
     }
@@ -49,11 +48,30 @@ fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
     return max(neutral(system(linear * frame.exposure)), vec3(0.0));
 }
 
+fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
+    return tone_mapped(textureLoad(radiance, at, i).rgb);
+}
+
+// Straight alpha: the mean of those samples alone that are not sky, which has none.
+fn without_sky(pixel: vec2<i32>) -> vec4<f32> {
+    var sum = vec4(0.0);
+    for (var i = 0; i < 4; i++) {
+        let texel = textureLoad(radiance, pixel, i);
+        if texel.a > 0.0 {
+            sum += vec4(tone_mapped(texel.rgb), 1.0);
+        }
+    }
+    return vec4(sum.rgb / max(sum.a, 1.0), sum.a * 0.25);
+}
+
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     // The curve before the mean: of a leaf before a bright sky the edge would else be all sky as soon
     // as one sample is.
     let pixel = vec2<i32>(at.xy);
+    if has(TRANSPARENT_SKY) {
+        return without_sky(pixel);
+    }
     var color = vec3(0.0);
     for (var i = 0; i < 4; i++) {
         color += sample_color(pixel, i);

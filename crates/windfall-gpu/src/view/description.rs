@@ -31,6 +31,9 @@ pub struct View {
     pub meadow: f32,
     /// Paths that feet have kept bare.
     pub trails: [Trail; 4],
+    /// Whether a whole picture ([`crate::Renderer::render`]) is clear where the sky would be: straight alpha, what is
+    /// drawn there free of the sky's colour.
+    pub transparent_sky: bool,
     /// Whether the sun casts shadows: those of [`crate::Layers::shadows`], or the host's.
     pub shadows: bool,
     /// What colours mean.
@@ -53,6 +56,7 @@ impl View {
             light: Light::default(),
             meadow: 0.4,
             trails: [Trail::default(); 4],
+            transparent_sky: false,
             shadows: true,
             show: DebugView::Final,
             detail: Simplification::default(),
@@ -78,7 +82,7 @@ impl View {
         frame.trail_widths = Vec4::from(self.trails.map(|t| t.radius.max(0.0)));
         frame.width = eye.width as f32;
         frame.height = eye.height as f32;
-        frame.effects = self.quality.effects();
+        frame.effects = self.quality.effects() | Effect::TransparentSky.bit(self.transparent_sky);
         frame.shadow_taps = self.quality.shadow_taps.clamp(1, 16);
         frame.grassy = 0.7 * (self.meadow - 0.5);
         frame.show = self.show as u32;
