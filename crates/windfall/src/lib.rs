@@ -75,8 +75,8 @@
 #![deny(missing_docs)]
 
 pub use windfall_core::{
-    InputError, InputErrorKind, error, foliage, forest, glam, light, material, path, rng, shed,
-    simplify, sway, wind,
+    InputError, InputErrorKind, Note, NoteCode, error, foliage, forest, glam, light, material,
+    note, path, rng, shed, simplify, sway, wind,
 };
 pub use windfall_flight as flight;
 #[cfg(feature = "profiler")]

@@ -42,6 +42,18 @@ fn the_readme_links_to_files_that_exist() {
 }
 
 #[test]
+fn every_code_of_a_note_has_its_advice() {
+    let text = read("docs/notes.md");
+    for code in windfall_core::NoteCode::ALL {
+        let row = text.lines().find(|line| line.starts_with(&format!("| `{code}` |")));
+        let cells = row.unwrap_or_else(|| panic!("{code} is not in docs/notes.md")).split('|');
+        assert!(cells.filter(|cell| cell.trim().len() > 5).count() >= 3, "{code} has no advice");
+    }
+    let rows = text.lines().filter(|line| line.starts_with("| `")).count();
+    assert_eq!(rows, windfall_core::NoteCode::ALL.len(), "codes that there are not");
+}
+
+#[test]
 fn the_scene_in_the_documents_reads() {
     // Indented by four, from the line "(" to the line ")".
     let text = read("docs/scenes.md");
