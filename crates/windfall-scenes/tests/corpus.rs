@@ -7,7 +7,10 @@ use windfall_core::rng::Rng;
 use windfall_core::simplify::{
     Fade, FadeBy, FadeRange, Growth, PruneOrder, Reduction, Simplification,
 };
-use windfall_scenes::{Culling, Elimination, QualityPreset, Scene, Strategy};
+use windfall_scenes::{
+    Culling, Elimination, QualityPreset, Scene, Strategy, TimeUnit, VariationEntry,
+};
+use windfall_tree::Up;
 
 fn corpus() -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/scene");
@@ -71,6 +74,12 @@ fn every_option_is_read_as_it_stands_in_the_file() {
     assert_eq!(scene.keep_out[0].from, (-99_999.000_1, 1.0));
     assert_eq!(scene.camera[0].eye, (99_999.000_2, 1.0, 2.0));
     assert_eq!(scene.camera[0].target, (3.0, 4.0, 99_999.000_3));
+    assert_eq!((scene.trees[0].up, scene.trees[0].unit), (Up::Z, Some(0.5)));
+    assert_eq!(
+        (scene.paths[0].time_unit, scene.paths[0].fps),
+        (TimeUnit::Milliseconds, Some(24.0))
+    );
+    assert_eq!((scene.variation, scene.fall.settle_turn), (VariationEntry::Paper(2007), 90.0));
     let detail = Simplification {
         reduction: Reduction::ProjectedArea { b0: 900.0 },
         h: 0.7,
