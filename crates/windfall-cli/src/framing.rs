@@ -45,7 +45,7 @@ pub fn look_at_tree(scene: &mut Scene, stage: &Stage) {
     // Turned about its foot, the tree is as wide as its farthest corner.
     let wide = [low.x, high.x, low.z, high.z].into_iter().map(f64::abs).fold(0.0, f64::max);
     let foot = placed.position.as_dvec3();
-    let target = DVec3::new(foot.x, (low.y + high.y) / 2.0, foot.z);
+    let target = DVec3::new(foot.x, f64::midpoint(low.y, high.y), foot.z);
     let from = DVec3::new(key.eye.0 - key.target.0, 0.0, key.eye.2 - key.target.2);
     let from = from.try_normalize().unwrap_or(DVec3::Z);
     let (width, height) = (f64::from(scene.size.0), f64::from(scene.size.1));

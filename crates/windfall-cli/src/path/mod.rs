@@ -176,7 +176,6 @@ impl ImportArgs {
             scale: self.scale,
             rate: self.rate,
             name: self.name.clone(),
-            ..ImportOptions::default()
         }
     }
 }

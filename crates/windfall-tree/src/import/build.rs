@@ -12,6 +12,7 @@ use super::{FAR, ImportOptions, Reader};
 use crate::leaves::{Mesh, Pieces, Shaper};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
+use std::fmt::Write;
 use std::rc::Rc;
 use windfall_core::foliage::Foliage;
 use windfall_core::tree::{Tree, Wood, WoodVertex};
@@ -109,8 +110,8 @@ impl<'a> Reader<'a> {
             let mut count = |verdict, what: &str| {
                 let count = verdicts.iter().filter(|v| **v == verdict).count();
                 if count > 0 {
-                    parts[*number].why +=
-                        &format!("; {count} of its {} pieces {what}", pieces.len());
+                    let of = pieces.len();
+                    let _ = write!(parts[*number].why, "; {count} of its {of} pieces {what}");
                 }
             };
             count(Verdict::Wood, "are wood by their shape");
@@ -207,7 +208,7 @@ fn assemble(
                 Verdict::Leaf => {
                     let color = pieces.mesh.mean_color(corners);
                     let slot = slots.slot((material(*number), true), color);
-                    shaper.add(pieces.piece(i, &mut scratch), slot);
+                    shaper.add(&pieces.piece(i, &mut scratch), slot);
                 }
                 Verdict::Wood => add_wood(&mut made, &pieces.mesh, corners, |color| {
                     slots.slot((material(*number), false), color)
@@ -221,7 +222,7 @@ fn assemble(
             }
         }
     }
-    crowns::scatter(&crowns, options.seed, |leaf, slot| shaper.add(leaf, slot));
+    crowns::scatter(&crowns, options.seed, |leaf, slot| shaper.add(&leaf, slot));
     made.materials = slots.wood;
     let positions: Vec<Vec3> = made.vertices.iter().map(|v| v.position).collect();
     let (leaves, shapes) = shaper.finish(&positions);

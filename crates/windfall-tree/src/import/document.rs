@@ -108,7 +108,7 @@ pub(super) struct Primitive {
     #[serde(default)]
     pub targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
-    pub extensions: BTreeMap<String, serde::de::IgnoredAny>,
+    pub extensions: BTreeMap<String, serde_json::Value>,
 }
 
 const fn triangles() -> u32 {
@@ -229,7 +229,8 @@ pub(super) struct SpecularGlossiness {
     pub diffuse_factor: Option<[f32; 4]>,
     pub diffuse_texture: Option<TextureInfo>,
     pub glossiness_factor: Option<f32>,
-    pub specular_glossiness_texture: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "specularGlossinessTexture")]
+    pub gloss_texture: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -88,8 +88,7 @@ impl Reader<'_> {
         {
             if blended {
                 let message = format!(
-                    "is blended; it is drawn as a mask instead, with holes where alpha is below {:.2}",
-                    cutoff
+                    "is blended; it is drawn as a mask instead, with holes where alpha is below {cutoff:.2}"
                 );
                 self.note(NoteCode::BlendAsMask, &here, message);
             }
@@ -111,7 +110,7 @@ impl Reader<'_> {
                     .extensions
                     .specular_glossiness
                     .as_ref()
-                    .is_some_and(|gloss| gloss.specular_glossiness_texture.is_some()),
+                    .is_some_and(|gloss| gloss.gloss_texture.is_some()),
             ),
         ];
         let unread: Vec<&str> = unread.iter().filter(|t| t.1).map(|t| t.0).collect();

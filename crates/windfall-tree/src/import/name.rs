@@ -92,7 +92,6 @@ mod tests {
 
     #[test]
     fn levels_of_detail_are_told_by_names() {
-        let level = |name| level(name).map(|(base, level)| (base, level));
         assert_eq!(level("Tree_LOD2"), Some(("tree".into(), 2)));
         assert_eq!(level("oak.lod_0.leaves"), Some(("oak".into(), 0)));
         assert_eq!(level("LOD1"), Some((String::new(), 1)));

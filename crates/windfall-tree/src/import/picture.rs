@@ -95,7 +95,9 @@ impl Level {
         }
         for texel in texels.iter_mut().filter(|texel| texel[3] > 1.0) {
             let weight = texel[3];
-            texel.iter_mut().for_each(|value| *value /= weight);
+            for value in texel {
+                *value /= weight;
+            }
         }
         Self { width, height, texels }
     }

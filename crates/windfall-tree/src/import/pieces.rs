@@ -43,16 +43,16 @@ pub(super) fn nodes_are_leaves(
     let mut known: Vec<((usize, usize), bool)> = Vec::new();
     for (number, geometry) in leafy() {
         let part = &found[*number];
-        let is = match known.iter().rev().take(8).find(|(key, _)| *key == part.key) {
-            Some(known) => known.1,
-            None => {
-                let origin = geometry.first(part.transforms[0]).unwrap_or(DVec3::ZERO);
-                let mesh = reader.placed(geometry, part.transforms[0], origin, &part.place)?;
-                let named = [part.node, part.mesh].into_iter().flatten().any(words_say_leaf);
-                let is = mesh.leaves.is_empty() && is_one_leaf(&Pieces::cut(mesh), named);
-                known.push((part.key, is));
-                is
-            }
+        let of_mesh = known.iter().rev().take(8).find(|(key, _)| *key == part.key);
+        let is = if let Some(known) = of_mesh {
+            known.1
+        } else {
+            let origin = geometry.first(part.transforms[0]).unwrap_or(DVec3::ZERO);
+            let mesh = reader.placed(geometry, part.transforms[0], origin, &part.place)?;
+            let named = [part.node, part.mesh].into_iter().flatten().any(words_say_leaf);
+            let is = mesh.leaves.is_empty() && is_one_leaf(&Pieces::cut(mesh), named);
+            known.push((part.key, is));
+            is
         };
         if is {
             joined.insert(*number);

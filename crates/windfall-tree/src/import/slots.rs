@@ -20,7 +20,7 @@ type Dress = (Option<usize>, bool);
 pub(super) struct Slots {
     looks: BTreeMap<Option<usize>, Look>,
     colors: BTreeMap<Dress, Colors>,
-    slots: BTreeMap<(Dress, [u8; 3]), u32>,
+    numbers: BTreeMap<(Dress, [u8; 3]), u32>,
     pub leaves: Vec<Material>,
     pub wood: Vec<Material>,
 }
@@ -71,7 +71,7 @@ impl Slots {
             None => [255; 3],
         };
         let list = if dress.1 { &mut self.leaves } else { &mut self.wood };
-        *self.slots.entry((dress, color)).or_insert_with(|| {
+        *self.numbers.entry((dress, color)).or_insert_with(|| {
             if let Some(look) = self.looks.get(&dress.0) {
                 let mut material = look.material.clone();
                 material.base_color *= Vec3::from(color.map(linear));

@@ -49,8 +49,8 @@ struct Frame {
 
 impl Shaper {
     /// Adds one piece as a leaf of `material`.
-    pub fn add(&mut self, piece: Piece, material: u32) {
-        let walk = Walk::of(&piece);
+    pub fn add(&mut self, piece: &Piece, material: u32) {
+        let walk = Walk::of(piece);
         let middle = walk.middle;
         let (shape, orientation, scale, center) = if let Some((
             shape,

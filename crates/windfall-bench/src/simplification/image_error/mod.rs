@@ -180,12 +180,11 @@ pub fn measure(args: &Args, gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Resul
     }
     let mut errors = Errors { screen: args.screen, sides: args.sides, rows: Vec::new() };
     for name in &args.tree {
-        let tree = match (name.parse::<Species>(), args.leaves) {
-            (Ok(species), Some(leaves)) => species.grow_with(1, leaves),
-            _ => {
-                let options = ImportOptions { height: args.height, ..ImportOptions::default() };
-                read_or_grow(name, 1, &options)?.tree
-            }
+        let tree = if let (Ok(species), Some(leaves)) = (name.parse::<Species>(), args.leaves) {
+            species.grow_with(1, leaves)
+        } else {
+            let options = ImportOptions { height: args.height, ..ImportOptions::default() };
+            read_or_grow(name, 1, &options)?.tree
         };
         if tree.foliage.leaves.is_empty() {
             bail!("{name}: has no leaves");
