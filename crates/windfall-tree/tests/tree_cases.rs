@@ -562,6 +562,10 @@ fn solid_crowns_become_leaves_over_their_surface() {
         assert!(inside.abs().max_element() > 0.4, "near its surface: {}", leaf.center);
         assert!(leaf.scale * foliage.shapes[0].radius() < 0.3);
     }
+    let deep =
+        |l: &&windfall_core::foliage::Leaf| (l.center - Vec3::Y * 3.0).abs().max_element() < 0.9;
+    let deep = foliage.leaves.iter().filter(deep).count();
+    assert!(deep * 10 > foliage.leaves.len(), "{deep} leaves below the surface");
     let covered: f32 =
         foliage.leaves.iter().map(|l| l.scale * l.scale * foliage.shapes[0].area()).sum();
     assert!((1.5..4.0).contains(&(covered / 24.0)), "{covered} m2 over 24");

@@ -1,33 +1,28 @@
 //! `windfall render`: a scene to a picture or a film.
 
+mod pictures;
+
 use crate::falling::{FallArgs, read_paths};
 use crate::framing;
-use crate::linear::{Linear, LinearImage};
+use crate::linear::Linear;
 use crate::output::{Film, Output};
 use crate::reading::{ReadArgs, Switch, parse_switch, print_notes};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
+use pictures::{FrameReport, Pictures};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_core::tree::Tree;
-use windfall_gpu::{
-    Capture, DebugView, Layer, Light, Options, PictureTargets, Recording, Renderer, SkyMap,
-    SkyPicture, View, ViewState,
-};
+use windfall_gpu::{DebugView, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{
-    CameraKey, Culling, Elimination, PlantedStage, QualityPreset, Scene, Source, Stage, Strategy,
-    TreeEntry,
+    CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy, TreeEntry,
 };
 use windfall_tree::Species;
-
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
@@ -146,28 +141,6 @@ struct Report {
     /// What there is to say about the files that were read.
     notes: Vec<Note>,
     frames: Vec<FrameReport>,
-}
-
-#[derive(Serialize)]
-struct FrameReport {
-    frame: u32,
-    time: f64,
-    trees: u64,
-    trees_visible: u64,
-    leaves_total: u64,
-    leaves_hanging_drawn: u64,
-    leaves_falling: u64,
-    leaves_falling_drawn: u64,
-    leaves_landed: u64,
-    leaves_eliminated: u64,
-    leaves_checked: u64,
-    leaves_tested: u32,
-    leaves_skipped: u32,
-    triangles_full: u64,
-    triangles_drawn: u64,
-    lambda_total: f64,
-    cpu_ms: f64,
-    gpu_ms: BTreeMap<String, f64>,
 }
 
 /// Runs `windfall render`.
@@ -430,94 +403,4 @@ fn progress_bar(frames: u64) -> ProgressBar {
         bar.set_style(style);
     }
     bar
-}
-
-/// Draws moments of one stage.
-struct Pictures {
-    renderer: Renderer,
-    planted: PlantedStage,
-    state: ViewState,
-    targets: PictureTargets,
-    texture: wgpu::Texture,
-    sky: Option<SkyMap>,
-    linear: Option<Linear>,
-}
-
-impl Pictures {
-    fn new(
-        gpu: &Gpu,
-        stage: &Stage,
-        (width, height): (u32, u32),
-        (sky, linear): (Option<&SkyPicture>, Option<Linear>),
-    ) -> anyhow::Result<Self> {
-        let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = Renderer::new(device, &Options::picture(FORMAT))?;
-        let sky = sky.map(|sky| SkyMap::new(device, queue, sky));
-        let planted = stage.upload(device, queue)?;
-        let state = renderer.view(&planted.forest);
-        let targets = renderer.targets(width, height)?;
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let texture = Capture::texture(device, size, FORMAT);
-        Ok(Self { renderer, planted, state, targets, texture, sky, linear })
-    }
-
-    fn draw(
-        &mut self,
-        gpu: &mut Gpu,
-        mut view: View,
-        (frame, time): (u32, f64),
-    ) -> anyhow::Result<(Vec<u8>, Option<LinearImage>, FrameReport)> {
-        if let Light::Sky(_, map) = &mut view.light {
-            map.clone_from(&self.sky);
-        }
-        let start = Instant::now();
-        let Self { renderer, planted, state, targets, texture, linear, .. } = self;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let output = texture.create_view(&Default::default());
-        let mut recording =
-            Recording { queue: &gpu.queue, encoder: &mut encoder, timing: gpu.timing() };
-        let mut layers: Vec<&mut dyn Layer> = Vec::new();
-        layers.extend(linear.as_mut().map(|layer| layer as &mut dyn Layer));
-        let target = (&*targets, &output);
-        planted.render_with(renderer, &mut recording, state, (time, &view), target, layers)?;
-        let capture = Capture::encode(&gpu.device, &mut encoder, texture);
-        let counts =
-            planted.count(&gpu.device, &mut encoder, state).context("nothing was drawn")?;
-        gpu.profiler.resolve_queries(&mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
-        gpu.profiler.end_frame().context("timers")?;
-        capture.map();
-        counts.map();
-        if let Some(linear) = linear {
-            linear.map();
-        }
-        gpu.wait()?;
-        let counts = counts.take().context("the counts did not arrive")??;
-        let rgba = capture.take().context("the picture did not arrive")??;
-        let linear =
-            linear.as_ref().map(|linear| linear.take().context("the radiance did not arrive"));
-        let (totals, trees) = (planted.forest.totals(), counts.trees);
-        let report = FrameReport {
-            frame,
-            time,
-            trees: totals.trees,
-            trees_visible: trees.visible,
-            leaves_total: totals.leaves,
-            leaves_hanging_drawn: trees.leaves_hanging,
-            leaves_falling: counts.falling,
-            leaves_falling_drawn: counts.falling_drawn,
-            leaves_landed: counts.landed,
-            leaves_eliminated: counts.eliminated,
-            leaves_checked: counts.checked,
-            leaves_tested: counts.tested,
-            leaves_skipped: counts.skipped,
-            triangles_full: totals.triangles,
-            triangles_drawn: trees.triangles,
-            lambda_total: trees.lambda_total(),
-            cpu_ms,
-            gpu_ms: gpu.pass_times(),
-        };
-        Ok((rgba, linear.transpose()?, report))
-    }
 }

@@ -1,0 +1,130 @@
+//! Draws moments of one stage, and reports on them.
+
+use crate::linear::{Linear, LinearImage};
+use anyhow::Context;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::Instant;
+use windfall_gpu::{
+    Capture, Layer, Light, Options, PictureTargets, Recording, Renderer, SkyMap, SkyPicture, View,
+    ViewState,
+};
+use windfall_host::device::Gpu;
+use windfall_scenes::{PlantedStage, Stage};
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// What `--json` prints of a frame.
+#[derive(Serialize)]
+pub struct FrameReport {
+    frame: u32,
+    time: f64,
+    trees: u64,
+    trees_visible: u64,
+    leaves_total: u64,
+    leaves_hanging_drawn: u64,
+    leaves_falling: u64,
+    leaves_falling_drawn: u64,
+    leaves_landed: u64,
+    leaves_eliminated: u64,
+    leaves_checked: u64,
+    leaves_tested: u32,
+    leaves_skipped: u32,
+    triangles_full: u64,
+    triangles_drawn: u64,
+    lambda_total: f64,
+    cpu_ms: f64,
+    gpu_ms: BTreeMap<String, f64>,
+}
+
+/// Draws moments of one stage.
+pub struct Pictures {
+    renderer: Renderer,
+    planted: PlantedStage,
+    state: ViewState,
+    targets: PictureTargets,
+    texture: wgpu::Texture,
+    sky: Option<SkyMap>,
+    linear: Option<Linear>,
+}
+
+impl Pictures {
+    /// Uploads a stage.
+    pub fn new(
+        gpu: &Gpu,
+        stage: &Stage,
+        (width, height): (u32, u32),
+        (sky, linear): (Option<&SkyPicture>, Option<Linear>),
+    ) -> anyhow::Result<Self> {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let renderer = Renderer::new(device, &Options::picture(FORMAT))?;
+        let sky = sky.map(|sky| SkyMap::new(device, queue, sky));
+        let planted = stage.upload(device, queue)?;
+        let state = renderer.view(&planted.forest);
+        let targets = renderer.targets(width, height)?;
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = Capture::texture(device, size, FORMAT);
+        Ok(Self { renderer, planted, state, targets, texture, sky, linear })
+    }
+
+    /// Draws a moment: pixels, linear radiance where it is wanted, and what was drawn.
+    pub fn draw(
+        &mut self,
+        gpu: &mut Gpu,
+        mut view: View,
+        (frame, time): (u32, f64),
+    ) -> anyhow::Result<(Vec<u8>, Option<LinearImage>, FrameReport)> {
+        if let Light::Sky(_, map) = &mut view.light {
+            map.clone_from(&self.sky);
+        }
+        let start = Instant::now();
+        let Self { renderer, planted, state, targets, texture, linear, .. } = self;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let output = texture.create_view(&Default::default());
+        let mut recording =
+            Recording { queue: &gpu.queue, encoder: &mut encoder, timing: gpu.timing() };
+        let mut layers: Vec<&mut dyn Layer> = Vec::new();
+        layers.extend(linear.as_mut().map(|layer| layer as &mut dyn Layer));
+        let target = (&*targets, &output);
+        planted.render_with(renderer, &mut recording, state, (time, &view), target, layers)?;
+        let capture = Capture::encode(&gpu.device, &mut encoder, texture);
+        let counts =
+            planted.count(&gpu.device, &mut encoder, state).context("nothing was drawn")?;
+        gpu.profiler.resolve_queries(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
+        gpu.profiler.end_frame().context("timers")?;
+        capture.map();
+        counts.map();
+        if let Some(linear) = linear {
+            linear.map();
+        }
+        gpu.wait()?;
+        let counts = counts.take().context("the counts did not arrive")??;
+        let rgba = capture.take().context("the picture did not arrive")??;
+        let linear =
+            linear.as_ref().map(|linear| linear.take().context("the radiance did not arrive"));
+        let (totals, trees) = (planted.forest.totals(), counts.trees);
+        let report = FrameReport {
+            frame,
+            time,
+            trees: totals.trees,
+            trees_visible: trees.visible,
+            leaves_total: totals.leaves,
+            leaves_hanging_drawn: trees.leaves_hanging,
+            leaves_falling: counts.falling,
+            leaves_falling_drawn: counts.falling_drawn,
+            leaves_landed: counts.landed,
+            leaves_eliminated: counts.eliminated,
+            leaves_checked: counts.checked,
+            leaves_tested: counts.tested,
+            leaves_skipped: counts.skipped,
+            triangles_full: totals.triangles,
+            triangles_drawn: trees.triangles,
+            lambda_total: trees.lambda_total(),
+            cpu_ms,
+            gpu_ms: gpu.pass_times(),
+        };
+        Ok((rgba, linear.transpose()?, report))
+    }
+}
