@@ -56,6 +56,26 @@ fn write_the_seeds() {
     write("garbage.bin", &[0xa5, 0x00, 0xff, 0x67, 0x6c, 0x54, 0x46]);
     write("document.gltf", Model::tree().json.to_string().as_bytes());
     edited("picture.glb", &|m| m.texture(&png()));
+    edited("instances.glb", &|m| {
+        let moves = m.floats(&[[0.0f32, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 2.0, 1.0]]);
+        m.json["nodes"][2]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] =
+            json!({ "TRANSLATION": moves });
+    });
+    edited("skin.glb", &|m| {
+        let joints = m.accessor(&[0; 32], common::U8, "VEC4", 8);
+        let weights = m.floats(&[[1.0f32, 0.0, 0.0, 0.0]; 8]);
+        m.leaves()["attributes"]["JOINTS_0"] = json!(joints);
+        m.leaves()["attributes"]["WEIGHTS_0"] = json!(weights);
+        m.json["skins"] = json!([{ "joints": [1] }]);
+        m.json["nodes"][2]["skin"] = json!(0);
+    });
+    edited("colors.glb", &|m| {
+        let colors = m.floats(&[[0.5f32, 0.25, 0.0]; 8]);
+        m.leaves()["attributes"]["COLOR_0"] = json!(colors);
+        m.leaves()["targets"] = json!([{ "POSITION": 2 }]);
+        m.json["nodes"][2]["weights"] = json!([0.5]);
+        m.json["nodes"][0]["extensions"]["MSFT_lod"]["ids"] = json!([9]);
+    });
     edited("broken-picture.glb", &|m| m.texture(&png()[..40]));
     edited("outside.glb", &|m| m.json["buffers"][0]["uri"] = json!("trunk.bin"));
     edited("huge-count.glb", &|m| m.json["accessors"][2]["count"] = json!(u64::MAX));

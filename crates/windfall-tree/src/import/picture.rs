@@ -47,25 +47,27 @@ pub(super) fn fill_holes(image: &mut Image, cutoff: f32) {
     if image.rgba.chunks_exact(4).all(|texel| f32::from(texel[3]) >= cutoff) {
         return;
     }
-    let texels = image.rgba.chunks_exact(4).map(|t| {
+    let weighted = |t: &[u8]| {
         let share = (f32::from(t[3]) / cutoff).min(1.0);
         // Nearly clear texels have rounded colours.
         let share = share * share;
         [f32::from(t[0]) * share, f32::from(t[1]) * share, f32::from(t[2]) * share, share]
-    });
-    let mut levels = vec![Level {
-        width: image.width as usize,
-        height: image.height as usize,
-        texels: texels.collect(),
-    }];
+    };
+    // The image itself stays in bytes: as floats, large ones would take a gigabyte.
+    let width = image.width as usize;
+    let rows = image.rgba.chunks_exact(4 * width).map(|row| row.chunks_exact(4).map(weighted));
+    let mut levels = vec![Level::halved(width, image.height as usize, rows)];
     while let Some(last) = levels.last().filter(|level| level.width > 1 || level.height > 1) {
-        levels.push(last.halved());
+        let rows = last.texels.chunks_exact(last.width).map(|row| row.iter().copied());
+        levels.push(Level::halved(last.width, last.height, rows));
     }
     for i in (0..levels.len() - 1).rev() {
         let (fine, coarse) = levels.split_at_mut(i + 1);
         fine[i].fill(&coarse[0]);
     }
-    for (texel, color) in image.rgba.chunks_exact_mut(4).zip(&levels[0].texels) {
+    for (i, texel) in image.rgba.chunks_exact_mut(4).enumerate() {
+        let mut color = weighted(texel);
+        mix(&mut color, levels[0].above(i % width, i / width));
         if f32::from(texel[3]) < cutoff && color[3] > 0.0 {
             for (byte, value) in texel.iter_mut().zip(&color[..3]) {
                 *byte = value.round() as u8;
@@ -82,13 +84,18 @@ struct Level {
 }
 
 impl Level {
-    fn halved(&self) -> Self {
-        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut texels = vec![[0.0; 4]; width * height];
-        for y in 0..self.height {
-            for x in 0..self.width {
-                let sum = &mut texels[y / 2 * width + x / 2];
-                for (sum, value) in sum.iter_mut().zip(self.texels[y * self.width + x]) {
+    /// Sums of two by two texels each, brought back to a weight of 1 at most.
+    fn halved(
+        width: usize,
+        height: usize,
+        rows: impl Iterator<Item = impl Iterator<Item = [f32; 4]>>,
+    ) -> Self {
+        let half = (width.div_ceil(2), height.div_ceil(2));
+        let mut texels = vec![[0.0; 4]; half.0 * half.1];
+        for (y, row) in rows.enumerate() {
+            for (x, texel) in row.enumerate() {
+                let sum = &mut texels[y / 2 * half.0 + x / 2];
+                for (sum, value) in sum.iter_mut().zip(texel) {
                     *sum += value;
                 }
             }
@@ -99,21 +106,29 @@ impl Level {
                 *value /= weight;
             }
         }
-        Self { width, height, texels }
+        Self { width: half.0, height: half.1, texels }
+    }
+
+    /// The texel over a place in the level that this one was halved from.
+    fn above(&self, x: usize, y: usize) -> [f32; 4] {
+        self.texels[y / 2 * self.width + x / 2]
     }
 
     fn fill(&mut self, coarse: &Self) {
         for y in 0..self.height {
             for x in 0..self.width {
-                let around = coarse.texels[y / 2 * coarse.width + x / 2];
-                let texel = &mut self.texels[y * self.width + x];
-                let missing = 1.0 - texel[3];
-                if missing > 0.0 && around[3] > 0.0 {
-                    for (value, around) in texel.iter_mut().zip(around.map(|v| v / around[3])) {
-                        *value += around * missing;
-                    }
-                }
+                mix(&mut self.texels[y * self.width + x], coarse.above(x, y));
             }
+        }
+    }
+}
+
+/// Fills up the weight of a texel with the colour around it.
+fn mix(texel: &mut [f32; 4], around: [f32; 4]) {
+    let missing = 1.0 - texel[3];
+    if missing > 0.0 && around[3] > 0.0 {
+        for (value, around) in texel.iter_mut().zip(around.map(|v| v / around[3])) {
+            *value += around * missing;
         }
     }
 }
