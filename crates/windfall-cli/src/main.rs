@@ -3,6 +3,7 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
+mod export;
 mod output;
 mod path;
 mod render;
@@ -47,6 +48,8 @@ struct Cli {
 enum Command {
     /// Render a scene to a picture or a film
     Render(Box<render::Args>),
+    /// Write leaves and trees of a scene for other programs: USD, glTF, tables
+    Export(Box<export::Args>),
     /// Look into a tree file, or write a built-in species as one
     Tree(tree::Args),
     /// Write a tree with a share of its leaves, for other programs
@@ -79,6 +82,7 @@ fn main() -> ExitCode {
         .init();
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),

@@ -124,7 +124,7 @@ fn parse_switch(text: &str) -> Result<bool, String> {
     }
 }
 
-fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
         Some((first, last)) if first <= last => Ok((first, last)),
@@ -245,7 +245,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// A built-in scene by name, or a file: with its folder and its name in errors.
-fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
+pub(crate) fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
     if let Some(scene) = windfall_scenes::named(name) {
         return Ok((scene, PathBuf::new(), name.to_owned()));
     }
@@ -261,7 +261,7 @@ fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
     Ok((Scene::from_ron(&text, name)?, folder, name.to_owned()))
 }
 
-fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow::Result<Tree> {
+pub(crate) fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow::Result<Tree> {
     windfall_host::tree::read(&folder.join(file), &entry.leaves, entry.height)
 }
 
@@ -346,7 +346,7 @@ impl Args {
     }
 }
 
-fn progress_bar(frames: u64) -> ProgressBar {
+pub(crate) fn progress_bar(frames: u64) -> ProgressBar {
     if frames < 2 || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

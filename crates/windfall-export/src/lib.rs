@@ -1,0 +1,69 @@
+//! Leaves and trees of a forest, written for other programs.
+//!
+//! Every pose is that of the CPU reference ([`windfall_core::path::Fall`]) at the moment of a frame, so that any
+//! machine writes the same bytes. Trees stand still: neither wood nor hanging leaves sway. Nothing here opens a file:
+//! writers write to what the caller hands in, a frame at a time.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`frame`] | which leaves are exported, and where each is in a frame |
+//! | [`table`] | poses as a table of text |
+//! | [`gltf`] | glTF: animated nodes, or instances of one moment |
+//! | [`usd`] | Universal Scene Description |
+#![deny(missing_docs)]
+
+pub mod frame;
+pub mod gltf;
+mod mesh;
+pub mod table;
+pub mod usd;
+
+pub use frame::{Filter, LeafId, LeafState, Moments, Parts, Selection, Source, Thrown};
+
+use windfall_core::material::{Material, Surface};
+
+/// Why nothing could be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The output cannot be written.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// More leaves than the format is for.
+    #[error(
+        "{leaves} leaves are more than the {most} that {format} takes; --most {most} keeps the nearest"
+    )]
+    TooManyLeaves {
+        /// Leaves selected.
+        leaves: usize,
+        /// Most of them.
+        most: usize,
+        /// What they were to be written as.
+        format: &'static str,
+    },
+    /// The file would be larger than the 4 GiB that a GLB may have.
+    #[error(
+        "the file would take {0} bytes; a GLB may have 4 GiB: fewer frames, or --most N, make it smaller"
+    )]
+    TooLarge(u64),
+    /// Leaves that move have no moment to be still in.
+    #[error("no leaf is selected: {0}")]
+    Nothing(String),
+    /// A picture could not be encoded.
+    #[error("the picture of material \"{material}\" cannot be encoded: {cause}")]
+    Picture {
+        /// Name of the material.
+        material: String,
+        /// What the encoder says.
+        cause: png::EncodingError,
+    },
+}
+
+/// Linear colour of a material where nothing draws its texture or bark.
+fn plain_color(material: &Material) -> glam::Vec3 {
+    let own = match &material.surface {
+        Surface::Bark(bark) => (bark.ridge + bark.groove) / 2.0,
+        Surface::Plain | Surface::Texture(..) => glam::Vec3::ONE,
+    };
+    (material.base_color * own).clamp(glam::Vec3::ZERO, glam::Vec3::ONE)
+}

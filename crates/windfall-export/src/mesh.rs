@@ -1,0 +1,112 @@
+//! Triangles of what is exported, a mesh a material, and its pictures.
+
+use crate::ExportError;
+use crate::frame::Source;
+use glam::{Vec2, Vec3};
+use windfall_core::foliage::LeafShape;
+use windfall_core::forest::Terrain;
+use windfall_core::material::{Image, Material, Surface};
+use windfall_core::tree::Wood;
+
+/// An indexed triangle mesh; as many normals as positions, as many texture coordinates or none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    /// `v` from 0 at the top of the picture.
+    pub uvs: Vec<Vec2>,
+    pub indices: Vec<u32>,
+}
+
+impl Mesh {
+    /// Smallest box around it, low and high corner.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        self.positions.iter().fold(none, |(low, high), &p| (low.min(p), high.max(p)))
+    }
+
+    pub fn of_leaf(shape: &LeafShape) -> Self {
+        Self {
+            positions: shape.positions.clone(),
+            normals: shape.normals.clone(),
+            uvs: shape.uvs.clone(),
+            indices: shape.indices.clone(),
+        }
+    }
+
+    /// The parts of a wood by material: the material's index, and the mesh.
+    pub fn of_wood(wood: &Wood) -> Vec<(usize, Self)> {
+        let mut parts = Vec::new();
+        for material in 0..wood.materials.len() {
+            let mut part = Self::default();
+            let mut places = vec![u32::MAX; wood.vertices.len()];
+            for triangle in wood.indices.chunks_exact(3) {
+                if wood.vertices[triangle[0] as usize].material as usize != material {
+                    continue;
+                }
+                for &corner in triangle {
+                    let place = &mut places[corner as usize];
+                    if *place == u32::MAX {
+                        *place = part.positions.len() as u32;
+                        let vertex = &wood.vertices[corner as usize];
+                        part.positions.push(vertex.position);
+                        part.normals.push(vertex.normal.normalize_or(Vec3::Y));
+                        part.uvs.push(vertex.uv);
+                    }
+                    part.indices.push(*place);
+                }
+            }
+            if !part.indices.is_empty() {
+                parts.push((material, part));
+            }
+        }
+        parts
+    }
+
+    /// The terrain, with the same two triangles a cell that leaves land on; level ground as far as trees stand on it.
+    pub fn of_ground(source: &Source<'_>) -> Self {
+        let terrain = &source.forest.terrain;
+        let (low, high) = terrain.range();
+        let reach = source.forest.instances.iter().map(|i| i.position.abs().max_element());
+        let reach = 2.0 * (reach.fold(0.0, f32::max) + 10.0);
+        // A level field may be smaller than the forest on it.
+        let level = Terrain::new(2, reach, vec![low; 4]);
+        let terrain = if low == high && terrain.extent() < reach { &level } else { terrain };
+        let side = terrain.side();
+        let mut mesh = Self::default();
+        for (i, &height) in (0..).zip(terrain.heights()) {
+            let at = Vec2::new((i % side) as f32, (i / side) as f32) * terrain.cell()
+                - 0.5 * terrain.extent();
+            mesh.positions.push(Vec3::new(at.x, height, at.y));
+            mesh.normals.push(terrain.normal(at.x, at.y));
+        }
+        for z in 0..side - 1 {
+            for x in 0..side - 1 {
+                let [a, b, c, d] = [0, 1, side, side + 1].map(|offset| z * side + x + offset);
+                mesh.indices.extend([a, c, b, b, c, d]);
+            }
+        }
+        mesh
+    }
+}
+
+/// The picture of a material, if it has one.
+pub fn picture(material: &Material) -> Option<(&Image, bool)> {
+    match &material.surface {
+        Surface::Texture(image, repeat) => Some((image, *repeat)),
+        Surface::Plain | Surface::Bark(_) => None,
+    }
+}
+
+/// A picture as a PNG file.
+pub fn encode(material: &Material, image: &Image) -> Result<Vec<u8>, ExportError> {
+    let failed = |cause| ExportError::Picture { material: material.name.clone(), cause };
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width, image.height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(&image.rgba).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
