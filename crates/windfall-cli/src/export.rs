@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
+use windfall_export::vat::{Engine, Files, Texels, Vat, Which, shaders};
 use windfall_export::{Filter, Moments, Parts, Selection, Source, Thrown, gltf, table, usd};
 use windfall_host::file::{AtomicFile, write_atomic};
 use windfall_scenes::Stage;
@@ -53,12 +54,25 @@ pub struct Args {
     /// Keep about this many leaves in the air
     #[arg(long, value_name = "N", conflicts_with = "throw_rate")]
     falling: Option<u32>,
+    /// Axes and unit of vertex animation textures: godot, unity or unreal
+    #[arg(long, value_name = "NAME", default_value = "godot")]
+    engine: Engine,
+    /// Texels of vertex animation textures: exr (floats) or png (16 bits)
+    #[arg(long, value_name = "KIND", default_value = "exr")]
+    texels: TexelsArg,
     /// Print one JSON object of what was exported
     #[arg(long)]
     json: bool,
-    /// Where to: FILE.usda, FILE.usdc or FILE.usdz (these two by usdcat or Python's pxr), FILE.glb, FILE.csv
+    /// Where to: FILE.usda, FILE.usdc or FILE.usdz (these two by usdcat or Python's pxr), FILE.glb, FILE.csv, or FILE.json
+    /// for vertex animation textures beside it
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum TexelsArg {
+    Exr,
+    Png,
 }
 
 fn parse_box(text: &str) -> Result<(Vec3, Vec3), String> {
@@ -104,6 +118,7 @@ enum Format {
     Csv,
     Usd,
     Glb,
+    Vat,
 }
 
 /// Runs `windfall export`.
@@ -132,7 +147,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let frame = (scene.time * f64::from(scene.fps)).max(0.0) as u32;
             (frame, frame)
         }
-        Format::Csv | Format::Usd => scene.frames,
+        Format::Csv | Format::Usd | Format::Vat => scene.frames,
     });
     let moments = Moments { first, count: last - first + 1, fps: scene.fps };
     let source = source(&stage);
@@ -188,7 +203,8 @@ fn format_of(out: &Path) -> anyhow::Result<Format> {
         "csv" => Format::Csv,
         "usda" | "usdc" | "usdz" => Format::Usd,
         "glb" => Format::Glb,
-        _ => bail!("--out {shown}: the name must end in .usda, .usdc, .usdz, .glb or .csv"),
+        "json" => Format::Vat,
+        _ => bail!("--out {shown}: the name must end in .usda, .usdc, .usdz, .glb, .csv or .json"),
     })
 }
 
@@ -253,7 +269,51 @@ fn write(
         }),
         Format::Glb => write_atomic(out, |file| Ok(gltf::write_glb(selection, file, progress)?)),
         Format::Usd => write_usd(out, selection, progress),
+        Format::Vat => write_vat(args, selection, progress),
     }
+}
+
+/// Writes the textures, the mesh and the shaders; the sidecar last, when all that it names is there.
+fn write_vat(
+    args: &Args,
+    selection: &Selection<'_>,
+    progress: &mut dyn FnMut(f32),
+) -> anyhow::Result<()> {
+    let out = &args.out;
+    let stem = out.file_stem().and_then(|s| s.to_str()).context("--out: not UTF-8")?;
+    let beside = out.parent().unwrap_or(Path::new(""));
+    let (texels, extension) = match args.texels {
+        TexelsArg::Exr => (Texels::Exr, "exr"),
+        TexelsArg::Png => (Texels::Png, "png"),
+    };
+    let files = Files {
+        position: format!("{stem}_position.{extension}"),
+        rotation: format!("{stem}_rotation.{extension}"),
+        mesh: format!("{stem}.glb"),
+    };
+    // A quarter each for the box, the textures and the mesh.
+    let mut part = |number: u8, share: f32| progress((f32::from(number) + share) / 4.0);
+    let vat = Vat::new(selection, args.engine, &mut |share| part(0, share))?;
+    if texels == Texels::Png && vat.rounding() > 1e-3 {
+        eprintln!(
+            "note: 16 bits round positions to {:.1} mm here; --texels exr, --within or --most is finer",
+            vat.rounding() * 1e3
+        );
+    }
+    for (number, which, name) in
+        [(1, Which::Position, &files.position), (2, Which::Rotation, &files.rotation)]
+    {
+        write_atomic(&beside.join(name), |file| {
+            Ok(vat.write_texture(which, texels, file, &mut |share| part(number, share))?)
+        })?;
+    }
+    write_atomic(&beside.join(&files.mesh), |file| {
+        Ok(vat.write_mesh(file, &mut |share| part(3, share))?)
+    })?;
+    for (name, text) in shaders(args.engine) {
+        write_atomic(&beside.join(name), |file| Ok(file.write_all(text.as_bytes())?))?;
+    }
+    write_atomic(out, |file| Ok(file.write_all(&vat.sidecar(texels, &files))?))
 }
 
 /// Writes a `.usda` and its textures; other kinds of USD are made of it.

@@ -100,7 +100,7 @@ pub(crate) fn begin_glb(out: &mut dyn Write, json: &[u8], binary: u64) -> Result
 pub(crate) struct Document {
     pub binary: Vec<u8>,
     /// Bytes of the binary chunk so far, those counted that are written later.
-    length: u64,
+    pub length: u64,
     buffer_views: Vec<Value>,
     accessors: Vec<Value>,
     pub meshes: Vec<Value>,
@@ -128,7 +128,7 @@ impl Document {
         self.buffer_views.len() - 1
     }
 
-    pub fn accessor<T: bytemuck::NoUninit>(
+    fn accessor<T: bytemuck::NoUninit>(
         &mut self,
         data: &[T],
         target: u32,
@@ -143,7 +143,7 @@ impl Document {
     }
 
     /// An accessor of floats that are written later.
-    fn later(&mut self, count: usize, kind: &str, floats: usize) -> usize {
+    pub fn later(&mut self, count: usize, kind: &str, floats: usize) -> usize {
         let bytes = (count * floats * 4) as u64;
         self.buffer_views
             .push(json!({ "buffer": 0, "byteOffset": self.length, "byteLength": bytes }));
@@ -154,12 +154,24 @@ impl Document {
         self.accessors.len() - 1
     }
 
-    /// A primitive of a mesh; `more` are further attributes.
-    pub fn primitive(&mut self, mesh: &Mesh, material: usize, more: &[(&str, usize)]) -> Value {
+    /// An accessor of indices that are written later.
+    pub fn later_indices(&mut self, count: usize) -> usize {
+        let accessor = self.later(count, "SCALAR", 1);
+        self.accessors[accessor]["componentType"] = json!(UNSIGNED_INT);
+        accessor
+    }
+
+    /// Says the bounds of an accessor.
+    pub fn bound(&mut self, accessor: usize, low: Vec3, high: Vec3) {
+        self.accessors[accessor]["min"] = json!(low.to_array());
+        self.accessors[accessor]["max"] = json!(high.to_array());
+    }
+
+    /// A primitive of a mesh.
+    fn primitive(&mut self, mesh: &Mesh, material: usize) -> Value {
         let (low, high) = mesh.bounds();
         let positions = self.accessor(&mesh.positions, ARRAY_BUFFER, FLOAT, "VEC3");
-        self.accessors[positions]["min"] = json!(low.to_array());
-        self.accessors[positions]["max"] = json!(high.to_array());
+        self.bound(positions, low, high);
         let normals: Vec<Vec3> = mesh.normals.iter().map(|n| n.normalize_or(Vec3::Y)).collect();
         let normals = self.accessor(&normals, ARRAY_BUFFER, FLOAT, "VEC3");
         let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
@@ -167,19 +179,12 @@ impl Document {
             let uvs = self.accessor(&mesh.uvs, ARRAY_BUFFER, FLOAT, "VEC2");
             attributes["TEXCOORD_0"] = json!(uvs);
         }
-        for &(name, accessor) in more {
-            attributes[name] = json!(accessor);
-        }
         let indices = self.accessor(&mesh.indices, ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR");
         json!({ "attributes": attributes, "indices": indices, "material": material })
     }
 
-    pub fn floats(&mut self, data: &[f32]) -> usize {
-        self.accessor(data, ARRAY_BUFFER, FLOAT, "SCALAR")
-    }
-
     /// A material; `color` multiplies its own.
-    pub fn material(
+    fn material(
         &mut self,
         name: &str,
         material: &Material,
@@ -213,6 +218,20 @@ impl Document {
         Ok(self.materials.len() - 1)
     }
 
+    /// A material for leaves that have their colours in their vertices.
+    pub fn leaf_material(
+        &mut self,
+        name: &str,
+        material: Option<&Material>,
+    ) -> Result<usize, ExportError> {
+        let Some(material) = material else {
+            self.materials.push(json!({ "name": name, "doubleSided": true }));
+            return Ok(self.materials.len() - 1);
+        };
+        let white = Material { base_color: Vec3::ONE, ..material.clone() };
+        self.material(name, &white, Vec3::ONE, true)
+    }
+
     fn node(&mut self, node: Value) -> usize {
         self.nodes.push(node);
         self.nodes.len() - 1
@@ -226,7 +245,7 @@ impl Document {
             },
         }));
         let material = self.materials.len() - 1;
-        let primitive = self.primitive(&Mesh::of_ground(selection.source()), material, &[]);
+        let primitive = self.primitive(&Mesh::of_ground(selection.source()), material);
         self.meshes.push(json!({ "name": "ground", "primitives": [primitive] }));
         self.node(json!({ "name": "ground", "mesh": self.meshes.len() - 1 }))
     }
@@ -302,7 +321,7 @@ impl Document {
                 continue;
             }
             let primitives: Vec<Value> =
-                parts.iter().map(|(m, part)| self.primitive(part, materials[*m], &[])).collect();
+                parts.iter().map(|(m, part)| self.primitive(part, materials[*m])).collect();
             let name = format!("{} wood level {level}", tree.name);
             self.meshes.push(json!({ "name": name, "primitives": primitives }));
             meshes.push(self.meshes.len() - 1);
@@ -330,13 +349,10 @@ impl Document {
                 Some(material) => {
                     self.material(&name, material, season.unwrap_or(Vec3::ONE), true)?
                 }
-                None => {
-                    self.materials.push(json!({ "name": name, "doubleSided": true }));
-                    self.materials.len() - 1
-                }
+                None => self.leaf_material(&name, None)?,
             };
             let mesh = Mesh::of_leaf(&tree.foliage.shapes[shape as usize]);
-            let primitive = self.primitive(&mesh, material, &[]);
+            let primitive = self.primitive(&mesh, material);
             self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
             meshes.insert(kind, self.meshes.len() - 1);
         }
@@ -491,7 +507,7 @@ fn shown<'a>(
     group.leaves.clone().map(move |i| selection.state(i, time)).filter(|s| s.shown)
 }
 
-fn put<const N: usize>(out: &mut dyn Write, values: [f32; N]) -> std::io::Result<()> {
+pub(crate) fn put<const N: usize>(out: &mut dyn Write, values: [f32; N]) -> std::io::Result<()> {
     out.write_all(bytemuck::cast_slice(&values.map(f32::to_le_bytes)))
 }
 

@@ -10,6 +10,7 @@
 //! | [`table`] | poses as a table of text |
 //! | [`gltf`] | glTF: animated nodes, or instances of one moment |
 //! | [`usd`] | Universal Scene Description |
+//! | [`vat`] | vertex animation textures |
 #![deny(missing_docs)]
 
 pub mod frame;
@@ -17,6 +18,7 @@ pub mod gltf;
 mod mesh;
 pub mod table;
 pub mod usd;
+pub mod vat;
 
 pub use frame::{Filter, LeafId, LeafState, Moments, Parts, Selection, Source, Thrown};
 
@@ -41,6 +43,9 @@ pub enum ExportError {
         /// What they were to be written as.
         format: &'static str,
     },
+    /// More frames than a texture has rows.
+    #[error("{0} frames are more than the 16384 rows that a texture may have")]
+    TooManyFrames(u32),
     /// The file would be larger than the 4 GiB that a GLB may have.
     #[error(
         "the file would take {0} bytes; a GLB may have 4 GiB: fewer frames, or --most N, make it smaller"

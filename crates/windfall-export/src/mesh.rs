@@ -1,7 +1,7 @@
 //! Triangles of what is exported, a mesh a material, and its pictures.
 
 use crate::ExportError;
-use crate::frame::Source;
+use crate::frame::{Kind, Source};
 use glam::{Vec2, Vec3};
 use windfall_core::foliage::LeafShape;
 use windfall_core::forest::Terrain;
@@ -88,6 +88,11 @@ impl Mesh {
         }
         mesh
     }
+}
+
+/// The shape of a kind of leaf.
+pub fn shape_of<'a>(source: &Source<'a>, kind: Kind) -> &'a LeafShape {
+    &source.trees[kind.model as usize].foliage.shapes[kind.shape as usize]
 }
 
 /// The picture of a material, if it has one.
