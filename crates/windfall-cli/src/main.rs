@@ -4,6 +4,7 @@
 //! 3 no graphics adapter.
 
 mod export;
+mod farm;
 mod output;
 mod path;
 mod render;
@@ -50,6 +51,8 @@ enum Command {
     Render(Box<render::Args>),
     /// Write leaves and trees of a scene for other programs: USD, glTF, tables
     Export(Box<export::Args>),
+    /// Write jobs for render farms, and join their frames
+    Farm(farm::Args),
     /// Look into a tree file, or write a built-in species as one
     Tree(tree::Args),
     /// Write a tree with a share of its leaves, for other programs
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Export(args) => export::run(&args),
+        Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),

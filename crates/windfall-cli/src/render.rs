@@ -111,6 +111,9 @@ pub struct Args {
     /// Skip frames whose file is there (with a pattern such as frames_%05d.png)
     #[arg(long)]
     resume: bool,
+    /// Print progress as lines that render farms read: `openjd_progress: 12.5`, percent
+    #[arg(long)]
+    progress_lines: bool,
     /// Where to: FILE.png, FILE.apng, FILE.gif, FILE.mp4 or frames_%05d.png
     #[arg(long, value_name = "FILE")]
     out: String,
@@ -125,10 +128,13 @@ fn parse_switch(text: &str) -> Result<bool, String> {
 }
 
 pub(crate) fn parse_frames(text: &str) -> Result<(u32, u32), String> {
-    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    let ends = text
+        .split_once('-')
+        .or(Some((text, text)))
+        .and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
         Some((first, last)) if first <= last => Ok((first, last)),
-        _ => Err("frames are FIRST-LAST, such as 0-149".to_owned()),
+        _ => Err("frames are FIRST-LAST, such as 0-149, or one number".to_owned()),
     }
 }
 
@@ -215,7 +221,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
-    for &(frame, time) in &moments {
+    for (done, &(frame, time)) in moments.iter().enumerate() {
+        if args.progress_lines {
+            eprintln!("openjd_status: frame {frame}");
+            eprintln!("openjd_progress: {:.1}", 100.0 * done as f32 / moments.len() as f32);
+        }
         let path = output.frame_path(frame);
         if args.resume && path.as_ref().is_some_and(|p| p.exists()) {
             progress.inc(1);
@@ -235,6 +245,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if let Some(film) = film {
         film.finish()?;
+    }
+    if args.progress_lines {
+        eprintln!("openjd_progress: 100.0");
     }
     progress.finish_and_clear();
     if args.json {
