@@ -2,7 +2,7 @@
 
 use crate::render::{parse_frames, progress_bar, read_scene, read_tree};
 use anyhow::{Context, bail};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -155,10 +155,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Filter { parts: args.only.unwrap_or(Parts::ALL), within: args.within, most: args.most };
     let start = Instant::now();
     let terrain = &stage.forest.terrain;
-    let selection = Selection::new(&source, moments, filter, &|time| {
-        let camera = scene.view(time, terrain).camera;
-        DVec3::from(camera.eye)
-    });
+    let selection =
+        Selection::new(&source, moments, filter, &|time| scene.view(time, terrain).camera.eye);
     if selection.is_empty() && selection.trees().is_empty() && !filter.parts.ground {
         bail!("{name}: no leaf or tree is selected; --only, --within and --most leave nothing");
     }
@@ -175,7 +173,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         leaves_moving: selection.groups().iter().filter(|g| g.moves).map(|g| g.leaves.len()).sum(),
         seconds,
         ns_per_leaf_and_frame: seconds * 1e9 / leaf_frames.max(1.0),
-        bytes: std::fs::metadata(&args.out).map(|m| m.len()).unwrap_or(0),
+        bytes: std::fs::metadata(&args.out).map_or(0, |m| m.len()),
         ..count(&selection)
     };
     eprintln!(

@@ -4,8 +4,8 @@ use glam::{DVec3, Quat, Vec3};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
-use windfall_core::foliage::Leaf;
 use windfall_core::foliage::season::withering;
+use windfall_core::foliage::{Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance};
 use windfall_core::path::{
     Fall, FallSettings, Landing, LeafFall, PathSet, Phase, Variation, stack_height,
@@ -77,6 +77,7 @@ impl Moments {
 
 /// What is exported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a part of its own")]
 pub struct Parts {
     /// Leaves on their twigs.
     pub hanging: bool,
@@ -267,7 +268,7 @@ impl<'a> Selection<'a> {
         let facts = |tree: &Tree| ModelFacts {
             path_group: source.paths.group(&tree.name).unwrap_or(0),
             crown_extent: tree.foliage.crown_extent(),
-            thickness: tree.foliage.shapes.iter().map(|shape| shape.thickness()).collect(),
+            thickness: tree.foliage.shapes.iter().map(LeafShape::thickness).collect(),
         };
         let models = source.trees.iter().map(facts).collect();
         let mut selection =

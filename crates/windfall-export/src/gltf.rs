@@ -10,9 +10,10 @@
 use crate::ExportError;
 use crate::frame::{Group, Kind, LeafState, Selection};
 use crate::mesh::{Mesh, encode, picture};
-use crate::plain_color;
+use crate::{GROUND_COLOR, plain_color};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use windfall_core::material::Material;
@@ -241,7 +242,9 @@ impl Document {
         self.materials.push(json!({
             "name": "ground",
             "pbrMetallicRoughness": {
-                "baseColorFactor": [0.16, 0.12, 0.07, 1.0], "metallicFactor": 0, "roughnessFactor": 1,
+                "baseColorFactor": GROUND_COLOR.extend(1.0).to_array(),
+                "metallicFactor": 0,
+                "roughnessFactor": 1,
             },
         }));
         let material = self.materials.len() - 1;
@@ -262,10 +265,10 @@ impl Document {
         for number in selection.trees() {
             let instance = &source.forest.instances[number as usize];
             let model = instance.model;
-            if !levels.contains_key(&model) {
-                levels.insert(model, self.wood_levels(selection, model)?);
-            }
-            let meshes = levels[&model].clone();
+            let meshes = match levels.entry(model) {
+                Entry::Occupied(known) => known.get().clone(),
+                Entry::Vacant(new) => new.insert(self.wood_levels(selection, model)?).clone(),
+            };
             let place = json!({
                 "translation": instance.position.to_array(),
                 "rotation": instance.rotation().normalize().to_array(),

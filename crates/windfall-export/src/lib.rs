@@ -64,6 +64,9 @@ pub enum ExportError {
     },
 }
 
+/// Linear colour of the ground, as other programs show it: bare soil.
+const GROUND_COLOR: glam::Vec3 = glam::Vec3::new(0.16, 0.12, 0.07);
+
 /// Linear colour of a material where nothing draws its texture or bark.
 fn plain_color(material: &Material) -> glam::Vec3 {
     let own = match &material.surface {

@@ -13,7 +13,7 @@ mod text;
 pub use model::identifier;
 
 use crate::frame::{Group, Selection};
-use crate::mesh::{Mesh, encode, picture};
+use crate::mesh::{encode, picture, shape_of};
 use crate::{ExportError, LeafState};
 use glam::Vec3;
 use std::collections::BTreeSet;
@@ -104,7 +104,7 @@ pub fn write_usda(
     text.line(format_args!("    kind = \"assembly\""))?;
     text.open(format_args!(")"))?;
     if selection.filter().parts.ground {
-        model::mesh(&mut text, "Ground", &Mesh::of_ground(source), false)?;
+        model::ground(&mut text, source)?;
     }
     if !trees.is_empty() {
         text.open(format_args!("def Xform \"Trees\""))?;
@@ -173,8 +173,11 @@ fn instancer(
 
     text.open(format_args!("def PointInstancer \"{leaf}_{suffix}\""))?;
     text.array("int64[] ids", all().map(|i| selection.id(i).0), 0, "")?;
-    text.array("int[] protoIndices", all().map(|_| 0u32), 0, "")?;
-    text.line(format_args!("rel prototypes = <Prototypes/Leaf>"))?;
+    let shades = Shades::of(selection, group, first);
+    text.array("int[] protoIndices", states(first).map(|s| shades.index(&s)), 0, "")?;
+    let names: Vec<String> =
+        (0..shades.colors.len()).map(|i| format!("<Prototypes/Leaf_{i}>")).collect();
+    text.line(format_args!("rel prototypes = [{}]", names.join(", ")))?;
     // One size each, as its direction needs no other.
     text.array("float3[] scales", states(first).map(|s| Vec3::splat(s.scale)), UNIT, "")?;
     let each = " (\n            interpolation = \"varying\"\n        )";
@@ -183,8 +186,7 @@ fn instancer(
     let seasons = states(first).map(|s| s.season);
     text.array("float[] primvars:season", seasons, UNIT, each)?;
 
-    let shape = &source.trees[group.kind.model as usize].foliage.shapes[group.kind.shape as usize];
-    let radius = shape.radius();
+    let radius = shape_of(source, group.kind).radius();
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut around = |state: &LeafState| {
         low = low.min(state.position - radius * state.scale);
@@ -225,11 +227,69 @@ fn instancer(
     }
     text.array("float3[] extent", [low, high], LENGTH, "")?;
     text.open(format_args!("def Scope \"Prototypes\""))?;
-    text.line(format_args!("def \"Leaf\" ("))?;
-    text.line(format_args!("    prepend references = </Models/{leaf}>"))?;
-    text.open(format_args!(")"))?;
-    text.close()?;
+    for (i, color) in shades.colors.iter().enumerate() {
+        text.line(format_args!("def \"Leaf_{i}\" ("))?;
+        text.line(format_args!("    prepend references = </Models/{leaf}>"))?;
+        text.open(format_args!(")"))?;
+        if let Some(color) = color {
+            for name in ["Looks", "Leaf", "Surface"] {
+                text.open(format_args!("over \"{name}\""))?;
+            }
+            text.line(format_args!(
+                "color3f inputs:diffuseColor = ({:.5}, {:.5}, {:.5})",
+                color.x, color.y, color.z
+            ))?;
+            for _ in 0..3 {
+                text.close()?;
+            }
+        }
+        text.close()?;
+    }
     text.close()?;
     text.close()?;
     Ok(())
+}
+
+/// Prototypes of a group by their phase of autumn, since many programs take no colour from instances: each has the
+/// mean colour of its leaves. Leaves with a texture have that.
+struct Shades {
+    /// Prototype by phase.
+    indices: [u32; SHADES],
+    /// Colours of the prototypes; `None`: the model's own.
+    colors: Vec<Option<Vec3>>,
+}
+
+/// Phases of autumn that are told apart.
+const SHADES: usize = 12;
+
+impl Shades {
+    fn of(selection: &Selection<'_>, group: &Group, time: f64) -> Self {
+        let foliage = &selection.source().trees[group.kind.model as usize].foliage;
+        let material = foliage.materials.get(group.kind.material as usize);
+        if material.is_none_or(|material| picture(material).is_some()) {
+            return Self { indices: [0; SHADES], colors: vec![None] };
+        }
+        let mut sums = [(Vec3::ZERO, 0.0f32); SHADES];
+        for i in group.leaves.clone() {
+            let state = selection.state(i, time);
+            let sum = &mut sums[Self::phase(&state)];
+            *sum = (sum.0 + state.color, sum.1 + 1.0);
+        }
+        let (mut indices, mut colors) = ([0; SHADES], Vec::new());
+        for (index, (sum, count)) in indices.iter_mut().zip(sums) {
+            if count > 0.0 {
+                *index = colors.len() as u32;
+                colors.push(Some(sum / count));
+            }
+        }
+        Self { indices, colors }
+    }
+
+    fn phase(state: &LeafState) -> usize {
+        ((state.season * SHADES as f32) as usize).min(SHADES - 1)
+    }
+
+    fn index(&self, state: &LeafState) -> u32 {
+        self.indices[Self::phase(state)]
+    }
 }

@@ -3,10 +3,10 @@
 use super::text::{LENGTH, Text, UNIT};
 use crate::frame::{Kind, Source};
 use crate::mesh::{Mesh, picture};
-use crate::plain_color;
-use glam::{Vec2, Vec3};
+use crate::{GROUND_COLOR, plain_color};
+use glam::Vec2;
 use std::io;
-use windfall_core::material::Material;
+use windfall_core::material::{Material, Surface};
 
 /// A name that USD takes: letters, digits and underscores, not a digit first.
 pub fn identifier(name: &str) -> String {
@@ -36,12 +36,10 @@ pub fn texture_name(model: u32, part: &str, material: usize) -> String {
 }
 
 /// What a mesh's material is made of.
-pub struct Look<'a> {
-    pub material: &'a Material,
+struct Look<'a> {
+    material: &'a Material,
     /// Its texture, if it has one.
-    pub texture: Option<String>,
-    /// Whether each instance has a colour of its own.
-    pub colored: bool,
+    texture: Option<String>,
 }
 
 /// Writes a tree model: its wood as one mesh for each material.
@@ -58,7 +56,7 @@ pub fn tree(text: &mut Text<'_>, source: &Source<'_>, model: u32, folder: &str) 
         let material = &wood.materials[*number];
         let texture =
             picture(material).map(|_| format!("{folder}/{}", texture_name(model, "wood", *number)));
-        let look = Look { material, texture, colored: false };
+        let look = Look { material, texture };
         self::material(text, &parent, &format!("Wood_{number}"), &look)?;
     }
     text.close()?;
@@ -78,23 +76,35 @@ pub fn leaf(text: &mut Text<'_>, source: &Source<'_>, kind: Kind, folder: &str) 
         let texture = picture(material).map(|_| {
             format!("{folder}/{}", texture_name(kind.model, "leaves", kind.material as usize))
         });
-        let look = Look { material, texture, colored: true };
+        let look = Look { material, texture };
         self::material(text, &format!("/Models/{name}/Looks"), "Leaf", &look)?;
         text.close()?;
     }
     text.close()
 }
 
+/// Writes the ground.
+pub fn ground(text: &mut Text<'_>, source: &Source<'_>) -> io::Result<()> {
+    text.open(format_args!("def Xform \"Ground\""))?;
+    mesh(text, "Terrain", &Mesh::of_ground(source), false)?;
+    text.open(format_args!("def Scope \"Looks\""))?;
+    let soil = Material {
+        name: "ground".to_owned(),
+        base_color: GROUND_COLOR,
+        roughness: 1.0,
+        alpha_cutoff: None,
+        surface: Surface::Plain,
+    };
+    material(text, "/World/Ground/Looks", "Terrain", &Look { material: &soil, texture: None })?;
+    text.close()?;
+    text.close()
+}
+
 /// Writes a mesh, bound to the material of its name in the scope `Looks` beside it.
-pub fn mesh(text: &mut Text<'_>, name: &str, mesh: &Mesh, both_sides: bool) -> io::Result<()> {
-    let bound = name != "Ground";
-    if bound {
-        text.line(format_args!("def Mesh \"{name}\" ("))?;
-        text.line(format_args!("    prepend apiSchemas = [\"MaterialBindingAPI\"]"))?;
-        text.open(format_args!(")"))?;
-    } else {
-        text.open(format_args!("def Mesh \"{name}\""))?;
-    }
+fn mesh(text: &mut Text<'_>, name: &str, mesh: &Mesh, both_sides: bool) -> io::Result<()> {
+    text.line(format_args!("def Mesh \"{name}\" ("))?;
+    text.line(format_args!("    prepend apiSchemas = [\"MaterialBindingAPI\"]"))?;
+    text.open(format_args!(")"))?;
     let (low, high) = mesh.bounds();
     text.array("float3[] extent", [low, high], LENGTH, "")?;
     let faces = mesh.indices.len() / 3;
@@ -112,11 +122,7 @@ pub fn mesh(text: &mut Text<'_>, name: &str, mesh: &Mesh, both_sides: bool) -> i
     if both_sides {
         text.line(format_args!("uniform bool doubleSided = 1"))?;
     }
-    if bound {
-        text.line(format_args!("rel material:binding = <../Looks/{name}>"))?;
-    } else {
-        text.array("color3f[] primvars:displayColor", [Vec3::new(0.16, 0.12, 0.07)], UNIT, "")?;
-    }
+    text.line(format_args!("rel material:binding = <../Looks/{name}>"))?;
     text.close()
 }
 
@@ -137,10 +143,6 @@ fn material(text: &mut Text<'_>, parent: &str, name: &str, look: &Look<'_>) -> i
             text.line(format_args!("float inputs:opacity.connect = <{path}/Texture.outputs:a>"))?;
             text.line(format_args!("float inputs:opacityThreshold = {cutoff}"))?;
         }
-    } else if look.colored {
-        text.line(format_args!(
-            "color3f inputs:diffuseColor.connect = <{path}/Color.outputs:result>"
-        ))?;
     } else {
         text.line(format_args!("color3f inputs:diffuseColor = {color}"))?;
     }
@@ -165,13 +167,6 @@ fn material(text: &mut Text<'_>, parent: &str, name: &str, look: &Look<'_>) -> i
         text.line(format_args!("uniform token info:id = \"UsdPrimvarReader_float2\""))?;
         text.line(format_args!("string inputs:varname = \"st\""))?;
         text.line(format_args!("float2 outputs:result"))?;
-        text.close()?;
-    } else if look.colored {
-        text.open(format_args!("def Shader \"Color\""))?;
-        text.line(format_args!("uniform token info:id = \"UsdPrimvarReader_float3\""))?;
-        text.line(format_args!("string inputs:varname = \"displayColor\""))?;
-        text.line(format_args!("float3 inputs:fallback = {color}"))?;
-        text.line(format_args!("float3 outputs:result"))?;
         text.close()?;
     }
     text.line(format_args!("token outputs:surface"))?;
