@@ -338,7 +338,7 @@ fn write_usd(
     text(&mut file, progress)?;
     file.flush()?;
     let target = AtomicFile::create(out)?;
-    convert(source.temporary_path(), target.temporary_path())
+    convert(source.temporary_path(), target.temporary_path(), &format!("{stem}.usda"))
         .with_context(|| format!("cannot write {}", out.display()))?;
     target.commit()
 }
@@ -346,13 +346,13 @@ fn write_usd(
 /// What Python runs to convert a stage. A package has its textures inside.
 const CONVERT: &str = "import sys
 from pxr import Usd, UsdUtils
-source, target = sys.argv[1:]
+source, target, name = sys.argv[1:]
 if target.endswith('.usdz'):
-    sys.exit(not UsdUtils.CreateNewUsdzPackage(source, target))
+    sys.exit(not UsdUtils.CreateNewUsdzPackage(source, target, name))
 sys.exit(not Usd.Stage.Open(source).Export(target))";
 
-/// Converts a stage by OpenUSD's `usdcat` or `usdzip`, or by its Python module.
-fn convert(source: &Path, target: &Path) -> anyhow::Result<()> {
+/// Converts a stage by OpenUSD's Python module, or by its `usdcat` and `usdzip`. `name` is that of a package's stage.
+fn convert(source: &Path, target: &Path, name: &str) -> anyhow::Result<()> {
     let package = target.extension().is_some_and(|e| e.eq_ignore_ascii_case("usdz"));
     let mut tool = Command::new(if package { "usdzip" } else { "usdcat" });
     if package {
@@ -361,8 +361,8 @@ fn convert(source: &Path, target: &Path) -> anyhow::Result<()> {
         tool.arg(source).arg("--out").arg(target);
     }
     let mut python = Command::new("python3");
-    python.args(["-c", CONVERT]).arg(source).arg(target);
-    for mut command in [tool, python] {
+    python.args(["-c", CONVERT]).arg(source).arg(target).arg(name);
+    for mut command in [python, tool] {
         match command.stdout(std::process::Stdio::null()).output() {
             Ok(done) if done.status.success() => return Ok(()),
             Ok(done) => {

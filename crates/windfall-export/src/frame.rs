@@ -8,7 +8,7 @@ use windfall_core::foliage::season::withering;
 use windfall_core::foliage::{Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance};
 use windfall_core::path::{
-    Fall, FallSettings, Landing, LeafFall, PathSet, Phase, Variation, stack_height,
+    Fall, FallSettings, Landing, LeafFall, LeafPose, PathSet, Phase, Variation, stack_height,
 };
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -451,19 +451,30 @@ impl<'a> Selection<'a> {
         self.leaves[i].id
     }
 
-    /// Where the `i`-th leaf of the selection is at `time`, seconds.
-    pub fn state(&self, i: usize, time: f64) -> LeafState {
+    /// Where the `i`-th leaf of the selection is at `time`, seconds, and its scale.
+    fn pose(&self, i: usize, time: f64) -> (LeafPose, f32) {
         let Selected { id, detach, landing } = &self.leaves[i];
         let (instance, leaf) = self.leaf(*id);
-        let model = &self.models[instance.model as usize];
         let fall = self.fall_of(instance, leaf, *detach);
         let scale = leaf.scale * instance.scale;
-        let stack = stack_height(&fall, scale, model.thickness[leaf.shape as usize]);
-        let pose = self.fall.drawn_pose(&fall, landing, stack, time);
+        let thickness = self.models[instance.model as usize].thickness[leaf.shape as usize];
+        let stack = stack_height(&fall, scale, thickness);
+        (self.fall.drawn_pose(&fall, landing, stack, time), scale)
+    }
+
+    /// The `i`-th leaf of the selection at `time`, seconds.
+    pub fn state(&self, i: usize, time: f64) -> LeafState {
+        let (pose, scale) = self.pose(i, time);
+        let Selected { id, detach, landing } = &self.leaves[i];
+        let (instance, leaf) = self.leaf(*id);
+        let extent = self.models[instance.model as usize].crown_extent;
         let foliage = &self.source.trees[instance.model as usize].foliage;
-        let season = foliage.season_of(leaf, instance, self.source.season, model.crown_extent);
+        let season = foliage.season_of(leaf, instance, self.source.season, extent);
         let mut color = foliage.season_color(&season);
-        if let Some(material) = foliage.materials.get(leaf.material as usize) {
+        // A palette takes the place of the material's colour.
+        if foliage.palette.is_none()
+            && let Some(material) = foliage.materials.get(leaf.material as usize)
+        {
             color *= material.base_color;
         }
         if pose.phase == Phase::Landed {
@@ -483,12 +494,11 @@ impl<'a> Selection<'a> {
 
     /// Velocity of the `i`-th leaf at `time`, metres a second; 0 unless it is in the air.
     pub fn velocity(&self, i: usize, time: f64) -> Vec3 {
-        let now = self.state(i, time);
-        if !matches!(now.phase, Phase::Falling { .. }) {
+        if !matches!(self.pose(i, time).0.phase, Phase::Falling { .. }) {
             return Vec3::ZERO;
         }
         let [before, after] =
-            [-VELOCITY_STEP, VELOCITY_STEP].map(|step| self.state(i, time + step).position);
+            [-VELOCITY_STEP, VELOCITY_STEP].map(|step| self.pose(i, time + step).0.position);
         (after - before) / (2.0 * VELOCITY_STEP) as f32
     }
 

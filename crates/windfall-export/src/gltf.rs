@@ -1,16 +1,17 @@
 //! glTF 2.0, as one binary file (`.glb`).
 //!
 //! Leaves of many frames are a node each, with an animation of translation, rotation and scale: for some thousands of
-//! leaves. Leaves of one frame are `EXT_mesh_gpu_instancing` nodes, one for each shape, material and model: for any
-//! number. Trees have the levels of their wood by `MSFT_lod`. Texture and instance colours are the file's own: materials
-//! have the mean colour of their leaves, and instances an attribute `_COLOR`.
+//! leaves. Leaves of one frame are `EXT_mesh_gpu_instancing` nodes, one for each shape, material, model and shade:
+//! for any number. Trees have the levels of their wood by `MSFT_lod`. Leaves share the colours of a few shades; instances
+//! have their own in an attribute `_COLOR` too.
 //!
 //! The document goes first, and it says where everything will be; then leaf after leaf is written, and none is kept.
 
 use crate::ExportError;
 use crate::frame::{Group, Kind, LeafState, Selection};
-use crate::mesh::{Mesh, encode, picture};
-use crate::{GROUND_COLOR, plain_color};
+use crate::mesh::{Mesh, encode, leaf_material, picture};
+use crate::shade::Shades;
+use crate::{GROUND_COLOR, plain_color, season_color, short_name};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use std::collections::btree_map::Entry;
@@ -54,7 +55,7 @@ pub fn write_glb(
         roots.push(document.ground(selection));
     }
     document.trees(selection, &mut roots)?;
-    let leaves: BTreeMap<Kind, usize> = document.leaf_meshes(selection)?;
+    let leaves = document.leaf_meshes(selection)?;
     // What follows the meshes in the binary chunk is computed as it is written.
     let fixed = document.binary.len() as u64;
     document.length = fixed;
@@ -71,7 +72,7 @@ pub fn write_glb(
     if animated {
         write_animation(selection, out, progress)?;
     } else {
-        write_instances(selection, out, progress)?;
+        write_instances(selection, &leaves, out, progress)?;
     }
     Ok(())
 }
@@ -219,18 +220,19 @@ impl Document {
         Ok(self.materials.len() - 1)
     }
 
-    /// A material for leaves that have their colours in their vertices.
+    /// A material for leaves whose `color` has the material's in it; white where their vertices have it.
     pub fn leaf_material(
         &mut self,
         name: &str,
         material: Option<&Material>,
+        color: Vec3,
     ) -> Result<usize, ExportError> {
         let Some(material) = material else {
             self.materials.push(json!({ "name": name, "doubleSided": true }));
             return Ok(self.materials.len() - 1);
         };
         let white = Material { base_color: Vec3::ONE, ..material.clone() };
-        self.material(name, &white, Vec3::ONE, true)
+        self.material(name, &white, color, true)
     }
 
     fn node(&mut self, node: Value) -> usize {
@@ -307,7 +309,7 @@ impl Document {
         let wood = &tree.wood;
         let mut materials = Vec::new();
         for (i, material) in wood.materials.iter().enumerate() {
-            let name = format!("{} wood {i}", tree.name);
+            let name = format!("{} wood {i}", short_name(&tree.name));
             materials.push(self.material(&name, material, Vec3::ONE, false)?);
         }
         let mut meshes = Vec::new();
@@ -325,83 +327,86 @@ impl Document {
             }
             let primitives: Vec<Value> =
                 parts.iter().map(|(m, part)| self.primitive(part, materials[*m])).collect();
-            let name = format!("{} wood level {level}", tree.name);
+            let name = format!("{} wood level {level}", short_name(&tree.name));
             self.meshes.push(json!({ "name": name, "primitives": primitives }));
             meshes.push(self.meshes.len() - 1);
         }
         Ok(meshes)
     }
 
-    /// A mesh for each kind of leaf.
-    fn leaf_meshes(
-        &mut self,
-        selection: &Selection<'_>,
-    ) -> Result<BTreeMap<Kind, usize>, ExportError> {
+    /// A mesh for each shade of each group, with the geometry of its kind.
+    fn leaf_meshes(&mut self, selection: &Selection<'_>) -> Result<Vec<Leaves>, ExportError> {
         let source = selection.source();
-        let mut meshes = BTreeMap::new();
+        let moments = selection.moments();
+        let mut shapes: BTreeMap<Kind, Value> = BTreeMap::new();
+        let mut out = Vec::new();
         for group in selection.groups() {
-            let kind = group.kind;
-            if meshes.contains_key(&kind) {
-                continue;
-            }
-            let tree = &source.trees[kind.model as usize];
-            let Kind { shape, material, .. } = kind;
-            let name = format!("{} leaf {shape} {material}", tree.name);
-            let season = tree.foliage.palette.as_ref().map(|p| p.color(source.season));
-            let material = match tree.foliage.materials.get(material as usize) {
-                Some(material) => {
-                    self.material(&name, material, season.unwrap_or(Vec3::ONE), true)?
+            let Kind { model, shape, material } = group.kind;
+            let tree = &source.trees[model as usize];
+            let primitive = match shapes.entry(group.kind) {
+                Entry::Occupied(known) => known.get().clone(),
+                Entry::Vacant(new) => {
+                    let mesh = Mesh::of_leaf(&tree.foliage.shapes[shape as usize]);
+                    new.insert(self.primitive(&mesh, 0)).clone()
                 }
-                None => self.leaf_material(&name, None)?,
             };
-            let mesh = Mesh::of_leaf(&tree.foliage.shapes[shape as usize]);
-            let primitive = self.primitive(&mesh, material);
-            self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
-            meshes.insert(kind, self.meshes.len() - 1);
+            let shades = Shades::of(selection, group, moments.time(moments.first));
+            let mut meshes = Vec::new();
+            for (i, color) in shades.colors.iter().enumerate() {
+                let short = short_name(&tree.name);
+                let name = format!("{short} leaf {shape} {material} shade {i}");
+                let material = tree.foliage.materials.get(material as usize);
+                let material = match (material, color) {
+                    (Some(material), None) => {
+                        let color = season_color(&tree.foliage, source.season);
+                        let material = leaf_material(&tree.foliage, material, color);
+                        self.material(&name, &material, Vec3::ONE, true)?
+                    }
+                    (material, color) => {
+                        self.leaf_material(&name, material, color.unwrap_or(Vec3::ONE))?
+                    }
+                };
+                let mut primitive = primitive.clone();
+                primitive["material"] = json!(material);
+                self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
+                meshes.push(self.meshes.len() - 1);
+            }
+            out.push(Leaves { shades, meshes });
         }
-        Ok(meshes)
+        Ok(out)
     }
 
-    /// Nodes with instances, one a kind: attributes in the order of [`write_instances`].
-    fn instances(
-        &mut self,
-        selection: &Selection<'_>,
-        meshes: &BTreeMap<Kind, usize>,
-        roots: &mut Vec<usize>,
-    ) {
-        for group in selection.groups() {
-            let count = shown(selection, group).count();
-            if count == 0 {
-                continue;
+    /// Nodes with instances, one a shade: attributes in the order of [`write_instances`].
+    fn instances(&mut self, selection: &Selection<'_>, leaves: &[Leaves], roots: &mut Vec<usize>) {
+        for (group, leaves) in selection.groups().iter().zip(leaves) {
+            for (shade, mesh) in (0..).zip(&leaves.meshes) {
+                let count = shown(selection, group, (&leaves.shades, shade)).count();
+                if count == 0 {
+                    continue;
+                }
+                self.extensions.insert("EXT_mesh_gpu_instancing");
+                self.required.insert("EXT_mesh_gpu_instancing");
+                let attributes = json!({
+                    "TRANSLATION": self.later(count, "VEC3", 3),
+                    "ROTATION": self.later(count, "VEC4", 4),
+                    "SCALE": self.later(count, "VEC3", 3),
+                    "_COLOR": self.later(count, "VEC3", 3),
+                    "_TREE": self.later(count, "SCALAR", 1),
+                    "_LEAF": self.later(count, "SCALAR", 1),
+                });
+                let name = &self.meshes[*mesh]["name"];
+                let node = json!({
+                    "name": name,
+                    "mesh": mesh,
+                    "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } },
+                });
+                roots.push(self.node(node));
             }
-            self.extensions.insert("EXT_mesh_gpu_instancing");
-            self.required.insert("EXT_mesh_gpu_instancing");
-            let attributes = json!({
-                "TRANSLATION": self.later(count, "VEC3", 3),
-                "ROTATION": self.later(count, "VEC4", 4),
-                "SCALE": self.later(count, "VEC3", 3),
-                "_COLOR": self.later(count, "VEC3", 3),
-                "_TREE": self.later(count, "SCALAR", 1),
-                "_LEAF": self.later(count, "SCALAR", 1),
-            });
-            let mesh = meshes[&group.kind];
-            let name = &self.meshes[mesh]["name"];
-            let node = json!({
-                "name": name,
-                "mesh": mesh,
-                "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } },
-            });
-            roots.push(self.node(node));
         }
     }
 
     /// A node a leaf, and their channels in the order of [`write_animation`].
-    fn animation(
-        &mut self,
-        selection: &Selection<'_>,
-        meshes: &BTreeMap<Kind, usize>,
-        roots: &mut Vec<usize>,
-    ) {
+    fn animation(&mut self, selection: &Selection<'_>, leaves: &[Leaves], roots: &mut Vec<usize>) {
         let moments = selection.moments();
         let frames = moments.count as usize;
         let first = moments.time(moments.first);
@@ -410,12 +415,12 @@ impl Document {
         self.accessors[times]["min"] = json!([0.0]);
         self.accessors[times]["max"] = json!([last as f32]);
         let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-        for group in selection.groups() {
+        for (group, leaves) in selection.groups().iter().zip(leaves) {
             for i in group.leaves.clone() {
                 let state = selection.state(i, first);
                 let node = self.node(json!({
                     "name": format!("leaf {}", state.id),
-                    "mesh": meshes[&group.kind],
+                    "mesh": leaves.meshes[leaves.shades.index(&state) as usize],
                     "translation": state.position.to_array(),
                     "rotation": state.orientation.to_array(),
                     "scale": Vec3::splat(state.scale).to_array(),
@@ -500,14 +505,25 @@ impl Document {
     }
 }
 
-/// The leaves of a group that are shown in the first frame.
+/// Shades of a group of leaves, and their meshes.
+struct Leaves {
+    shades: Shades,
+    meshes: Vec<usize>,
+}
+
+/// The leaves of a shade of a group that are shown in the first frame.
 fn shown<'a>(
     selection: &'a Selection<'_>,
     group: &Group,
+    (shades, shade): (&'a Shades, u32),
 ) -> impl Iterator<Item = LeafState> + use<'a> {
     let moments = selection.moments();
     let time = moments.time(moments.first);
-    group.leaves.clone().map(move |i| selection.state(i, time)).filter(|s| s.shown)
+    group
+        .leaves
+        .clone()
+        .map(move |i| selection.state(i, time))
+        .filter(move |s| s.shown && shades.index(s) == shade)
 }
 
 pub(crate) fn put<const N: usize>(out: &mut dyn Write, values: [f32; N]) -> std::io::Result<()> {
@@ -516,18 +532,21 @@ pub(crate) fn put<const N: usize>(out: &mut dyn Write, values: [f32; N]) -> std:
 
 fn write_instances(
     selection: &Selection<'_>,
+    leaves: &[Leaves],
     out: &mut dyn Write,
     progress: &mut dyn FnMut(f32),
 ) -> Result<(), ExportError> {
     let groups = selection.groups();
-    for (i, group) in groups.iter().enumerate() {
-        let all = || shown(selection, group);
-        all().try_for_each(|s| put(out, s.position.to_array()))?;
-        all().try_for_each(|s| put(out, s.orientation.normalize().to_array()))?;
-        all().try_for_each(|s| put(out, [s.scale; 3]))?;
-        all().try_for_each(|s| put(out, s.color.to_array()))?;
-        all().try_for_each(|s| put(out, [s.id.tree() as f32]))?;
-        all().try_for_each(|s| put(out, [s.id.leaf() as f32]))?;
+    for (i, (group, leaves)) in groups.iter().zip(leaves).enumerate() {
+        for shade in 0..leaves.meshes.len() as u32 {
+            let all = || shown(selection, group, (&leaves.shades, shade));
+            all().try_for_each(|s| put(out, s.position.to_array()))?;
+            all().try_for_each(|s| put(out, s.orientation.normalize().to_array()))?;
+            all().try_for_each(|s| put(out, [s.scale; 3]))?;
+            all().try_for_each(|s| put(out, s.color.to_array()))?;
+            all().try_for_each(|s| put(out, [s.id.tree() as f32]))?;
+            all().try_for_each(|s| put(out, [s.id.leaf() as f32]))?;
+        }
         progress((i + 1) as f32 / groups.len() as f32);
     }
     Ok(())

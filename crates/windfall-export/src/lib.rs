@@ -16,6 +16,7 @@
 pub mod frame;
 pub mod gltf;
 mod mesh;
+mod shade;
 pub mod table;
 pub mod usd;
 pub mod vat;
@@ -74,4 +75,15 @@ fn plain_color(material: &Material) -> glam::Vec3 {
         Surface::Plain | Surface::Texture(..) => glam::Vec3::ONE,
     };
     (material.base_color * own).clamp(glam::Vec3::ZERO, glam::Vec3::ONE)
+}
+
+/// Linear colour of leaves with a palette in the middle of the scene's season; white for others.
+fn season_color(foliage: &windfall_core::foliage::Foliage, season: f32) -> glam::Vec3 {
+    foliage.palette.as_ref().map_or(glam::Vec3::ONE, |palette| palette.color(season))
+}
+
+/// A tree's name without its folder and extension: it may be that of a file.
+fn short_name(name: &str) -> &str {
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    file.rsplit_once('.').map_or(file, |(stem, _)| stem)
 }

@@ -3,7 +3,7 @@
 use crate::ExportError;
 use crate::frame::{Kind, Source};
 use glam::{Vec2, Vec3};
-use windfall_core::foliage::LeafShape;
+use windfall_core::foliage::{Foliage, LeafShape};
 use windfall_core::forest::Terrain;
 use windfall_core::material::{Image, Material, Surface};
 use windfall_core::tree::Wood;
@@ -114,4 +114,83 @@ pub fn encode(material: &Material, image: &Image) -> Result<Vec<u8>, ExportError
     writer.write_image_data(&image.rgba).map_err(failed)?;
     writer.finish().map_err(failed)?;
     Ok(bytes)
+}
+
+/// A material of leaves as other programs take it. Leaves with a palette keep a picture's light and dark and take
+/// `color`, as the renderer does it; others have the picture's own colours.
+pub fn leaf_material(foliage: &Foliage, material: &Material, color: Vec3) -> Material {
+    let mut out = material.clone();
+    if foliage.palette.is_some() {
+        out.base_color = Vec3::ONE;
+        if let Surface::Texture(image, _) = &mut out.surface {
+            tint(image, color);
+        }
+    }
+    out
+}
+
+/// Light and dark of a picture in one colour: its luminance over the mean of it, at most 2, times the colour.
+fn tint(image: &mut Image, color: Vec3) {
+    let light = |texel: &[u8]| {
+        let linear = Vec3::from([0, 1, 2].map(|i| from_srgb(f32::from(texel[i]) / 255.0)));
+        linear.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+    };
+    let (mut sum, mut weight) = (0.0f64, 0.0f64);
+    for texel in image.rgba.chunks_exact(4) {
+        let alpha = f64::from(texel[3]);
+        sum += alpha * f64::from(light(texel));
+        weight += alpha;
+    }
+    let mean = (sum / weight.max(1.0)).max(1e-4) as f32;
+    for texel in image.rgba.chunks_exact_mut(4) {
+        let shaded = color * (light(texel) / mean).min(2.0);
+        for (byte, value) in texel.iter_mut().zip(shaded.to_array()) {
+            *byte = (to_srgb(value.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        }
+    }
+}
+
+/// A picture with its material's colour in it, for programs that do not multiply the two.
+pub fn colored(material: &Material) -> Material {
+    let mut out = material.clone();
+    let factor = material.base_color.clamp(Vec3::ZERO, Vec3::ONE).to_array();
+    if let Surface::Texture(image, _) = &mut out.surface
+        && factor != [1.0; 3]
+    {
+        for texel in image.rgba.chunks_exact_mut(4) {
+            for (byte, factor) in texel.iter_mut().zip(factor) {
+                let value = from_srgb(f32::from(*byte) / 255.0) * factor;
+                *byte = (to_srgb(value) * 255.0).round() as u8;
+            }
+        }
+    }
+    out
+}
+
+fn from_srgb(v: f32) -> f32 {
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+fn to_srgb(v: f32) -> f32 {
+    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tinted_picture_keeps_its_light_and_its_holes() {
+        // Black, grey, and white that is a hole: the mean is half of the grey's light.
+        let rgba = vec![0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 0];
+        let mut image = Image { width: 3, height: 1, rgba };
+        tint(&mut image, Vec3::new(0.25, 0.1, 0.0));
+        assert_eq!(image.rgba[..4], [0, 0, 0, 255]);
+        // Twice the colour: sRGB of 0.5 and 0.2.
+        assert_eq!(image.rgba[4..8], [188, 124, 0, 255]);
+        assert_eq!(image.rgba[11], 0);
+        for v in [0.0, 0.001, 0.2, 1.0] {
+            assert!((from_srgb(to_srgb(v)) - v).abs() < 1e-5);
+        }
+    }
 }

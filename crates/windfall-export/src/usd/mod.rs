@@ -13,8 +13,9 @@ mod text;
 pub use model::identifier;
 
 use crate::frame::{Group, Selection};
-use crate::mesh::{encode, picture, shape_of};
-use crate::{ExportError, LeafState};
+use crate::mesh::{colored, encode, leaf_material, picture, shape_of};
+use crate::shade::Shades;
+use crate::{ExportError, LeafState, season_color};
 use glam::Vec3;
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -35,7 +36,9 @@ pub fn textures(selection: &Selection<'_>) -> Result<Vec<(String, Vec<u8>)>, Exp
     models.extend(selection.trees().iter().map(|&t| source.forest.instances[t as usize].model));
     for model in models {
         for (i, material) in source.trees[model as usize].wood.materials.iter().enumerate() {
-            if let Some((image, _)) = picture(material) {
+            if picture(material).is_some()
+                && let Some((image, _)) = picture(&colored(material))
+            {
                 out.push((model::texture_name(model, "wood", i), encode(material, image)?));
             }
         }
@@ -43,12 +46,16 @@ pub fn textures(selection: &Selection<'_>) -> Result<Vec<(String, Vec<u8>)>, Exp
     let leaves: BTreeSet<(u32, u32)> =
         selection.groups().iter().map(|g| (g.kind.model, g.kind.material)).collect();
     for (model, number) in leaves {
-        let materials = &source.trees[model as usize].foliage.materials;
-        if let Some(material) = materials.get(number as usize)
-            && let Some((image, _)) = picture(material)
-        {
+        let foliage = &source.trees[model as usize].foliage;
+        let Some(material) = foliage.materials.get(number as usize) else { continue };
+        if picture(material).is_none() {
+            continue;
+        }
+        let color = season_color(foliage, source.season);
+        let material = colored(&leaf_material(foliage, material, color));
+        if let Some((image, _)) = picture(&material) {
             let name = model::texture_name(model, "leaves", number as usize);
-            out.push((name, encode(material, image)?));
+            out.push((name, encode(&material, image)?));
         }
     }
     Ok(out)
@@ -248,48 +255,4 @@ fn instancer(
     text.close()?;
     text.close()?;
     Ok(())
-}
-
-/// Prototypes of a group by their phase of autumn, since many programs take no colour from instances: each has the
-/// mean colour of its leaves. Leaves with a texture have that.
-struct Shades {
-    /// Prototype by phase.
-    indices: [u32; SHADES],
-    /// Colours of the prototypes; `None`: the model's own.
-    colors: Vec<Option<Vec3>>,
-}
-
-/// Phases of autumn that are told apart.
-const SHADES: usize = 12;
-
-impl Shades {
-    fn of(selection: &Selection<'_>, group: &Group, time: f64) -> Self {
-        let foliage = &selection.source().trees[group.kind.model as usize].foliage;
-        let material = foliage.materials.get(group.kind.material as usize);
-        if material.is_none_or(|material| picture(material).is_some()) {
-            return Self { indices: [0; SHADES], colors: vec![None] };
-        }
-        let mut sums = [(Vec3::ZERO, 0.0f32); SHADES];
-        for i in group.leaves.clone() {
-            let state = selection.state(i, time);
-            let sum = &mut sums[Self::phase(&state)];
-            *sum = (sum.0 + state.color, sum.1 + 1.0);
-        }
-        let (mut indices, mut colors) = ([0; SHADES], Vec::new());
-        for (index, (sum, count)) in indices.iter_mut().zip(sums) {
-            if count > 0.0 {
-                *index = colors.len() as u32;
-                colors.push(Some(sum / count));
-            }
-        }
-        Self { indices, colors }
-    }
-
-    fn phase(state: &LeafState) -> usize {
-        ((state.season * SHADES as f32) as usize).min(SHADES - 1)
-    }
-
-    fn index(&self, state: &LeafState) -> u32 {
-        self.indices[Self::phase(state)]
-    }
 }

@@ -3,7 +3,7 @@
 use super::text::{LENGTH, Text, UNIT};
 use crate::frame::{Kind, Source};
 use crate::mesh::{Mesh, picture};
-use crate::{GROUND_COLOR, plain_color};
+use crate::{GROUND_COLOR, plain_color, short_name};
 use glam::Vec2;
 use std::io;
 use windfall_core::material::{Material, Surface};
@@ -20,13 +20,13 @@ pub fn identifier(name: &str) -> String {
 
 /// Name of a tree model's prim.
 pub fn tree_name(source: &Source<'_>, model: u32) -> String {
-    identifier(&format!("Tree_{model}_{}", source.trees[model as usize].name))
+    identifier(&format!("Tree_{model}_{}", short_name(&source.trees[model as usize].name)))
 }
 
 /// Name of the prim of a kind of leaf.
 pub fn leaf_name(source: &Source<'_>, kind: Kind) -> String {
     let Kind { model, shape, material } = kind;
-    let name = &source.trees[model as usize].name;
+    let name = short_name(&source.trees[model as usize].name);
     identifier(&format!("Leaf_{model}_{name}_{shape}_{material}"))
 }
 

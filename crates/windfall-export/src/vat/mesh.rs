@@ -1,10 +1,10 @@
 //! The mesh of all leaves, each about its own centre.
 
 use super::Vat;
-use crate::ExportError;
 use crate::frame::{Kind, Selection};
 use crate::gltf::{Document, begin_glb, put};
-use crate::mesh::shape_of;
+use crate::mesh::{leaf_material, shape_of};
+use crate::{ExportError, short_name};
 use glam::{Vec2, Vec3};
 use serde_json::json;
 use std::io::Write;
@@ -34,10 +34,11 @@ impl Vat<'_> {
         let mut materials = Vec::new();
         for (kind, _) in &kinds {
             let tree = &source.trees[kind.model as usize];
-            let name = format!("{} leaf {} {}", tree.name, kind.shape, kind.material);
+            let name = format!("{} leaf {} {}", short_name(&tree.name), kind.shape, kind.material);
+            // Colours of leaves have the material's in them; of a picture they take light and dark.
             let material = tree.foliage.materials.get(kind.material as usize);
-            // Colours of leaves have the material's in them.
-            materials.push(document.leaf_material(&name, material)?);
+            let material = material.map(|m| leaf_material(&tree.foliage, m, Vec3::ONE));
+            materials.push(document.leaf_material(&name, material.as_ref(), Vec3::ONE)?);
         }
         document.close_binary();
         let mut primitives = Vec::new();

@@ -219,7 +219,7 @@ impl<'a> Vat<'a> {
             .iter()
             .map(|(kind, leaves)| {
                 json!({
-                    "tree": source.trees[kind.model as usize].name,
+                    "tree": crate::short_name(&source.trees[kind.model as usize].name),
                     "shape": kind.shape, "firstLeaf": leaves.start, "leaves": leaves.len(),
                 })
             })
