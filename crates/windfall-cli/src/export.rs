@@ -8,7 +8,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
-use windfall_export::vat::{Engine, Files, Texels, Vat, Which, shaders};
+use windfall_export::vat::paths::PathTextures;
+use windfall_export::vat::{Engine, Files, Texels, Vat, Which, path_shader, shaders};
 use windfall_export::{Filter, Moments, Parts, Selection, Source, Thrown, gltf, table, usd};
 use windfall_host::file::{AtomicFile, write_atomic};
 use windfall_scenes::Stage;
@@ -60,6 +61,10 @@ pub struct Args {
     /// Texels of vertex animation textures: exr (floats) or png (16 bits)
     #[arg(long, value_name = "KIND", default_value = "exr")]
     texels: TexelsArg,
+    /// Textures of the fall paths and of some numbers for each leaf, instead of every pose: small, whatever the number of
+    /// frames; gusts are smoothed
+    #[arg(long)]
+    paths: bool,
     /// Print one JSON object of what was exported
     #[arg(long)]
     json: bool,
@@ -124,6 +129,9 @@ enum Format {
 /// Runs `windfall export`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let format = format_of(&args.out)?;
+    if args.paths && format != Format::Vat {
+        bail!("--paths: is for textures, --out FILE.json");
+    }
     let (mut scene, folder, name) = read_scene(&args.scene)?;
     scene.count = args.trees.unwrap_or(scene.count);
     scene.season = args.season.unwrap_or(scene.season);
@@ -267,8 +275,33 @@ fn write(
         }),
         Format::Glb => write_atomic(out, |file| Ok(gltf::write_glb(selection, file, progress)?)),
         Format::Usd => write_usd(out, selection, progress),
+        Format::Vat if args.paths => write_paths(args, selection, progress),
         Format::Vat => write_vat(args, selection, progress),
     }
+}
+
+/// Writes textures of paths and of leaves, the mesh and the shader; the sidecar last.
+fn write_paths(
+    args: &Args,
+    selection: &Selection<'_>,
+    progress: &mut dyn FnMut(f32),
+) -> anyhow::Result<()> {
+    let out = &args.out;
+    let stem = out.file_stem().and_then(|s| s.to_str()).context("--out: not UTF-8")?;
+    let beside = out.parent().unwrap_or(Path::new(""));
+    let textures = PathTextures::new(selection, args.engine)?;
+    let [paths, leaves] = ["paths", "leaves"].map(|part| format!("{stem}_{part}.exr"));
+    let mesh = format!("{stem}.glb");
+    write_atomic(&beside.join(&paths), |file| Ok(textures.write_paths(file)?))?;
+    write_atomic(&beside.join(&leaves), |file| {
+        Ok(textures.write_leaves(file, &mut |share| progress(share / 2.0))?)
+    })?;
+    write_atomic(&beside.join(&mesh), |file| {
+        Ok(textures.write_mesh(file, &mut |share| progress(0.5 + share / 2.0))?)
+    })?;
+    let (name, text) = path_shader(args.engine);
+    write_atomic(&beside.join(name), |file| Ok(file.write_all(text.as_bytes())?))?;
+    write_atomic(out, |file| Ok(file.write_all(&textures.sidecar(&paths, &leaves, &mesh))?))
 }
 
 /// Writes the textures, the mesh and the shaders; the sidecar last, when all that it names is there.

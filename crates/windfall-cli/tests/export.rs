@@ -48,6 +48,10 @@ fn every_format_is_written_whole_and_the_same_again() {
             "--frames 4-8 --engine unity --texels png --out v.json",
             vec!["v.glb", "v.json", "v_position.png", "v_rotation.png", "windfall_vat.hlsl"],
         ),
+        (
+            "--frames 4-8 --paths --engine unreal --out p.json",
+            vec!["p.glb", "p.json", "p_paths.exr", "p_leaves.exr", "windfall_paths.hlsl"],
+        ),
     ] {
         place.succeed(&format!("export small.ron {options}"));
         let first: Vec<Vec<u8>> = files.iter().map(|f| place.read(f)).collect();
@@ -61,6 +65,7 @@ fn every_format_is_written_whole_and_the_same_again() {
 fn what_cannot_be_exported_is_refused() {
     let place = shedding();
     for (code, options, words) in [
+        (1, "--paths --out a.usda", "is for textures"),
         (1, "--out a.fbx", "must end in .usda"),
         (2, "--only fallen --out a.usda", "\"fallen\" is none of hanging"),
         (2, "--within 1,2,3 --out a.usda", "six numbers"),

@@ -1,4 +1,4 @@
-// Leaves from vertex animation textures, generated from windfall_vat.wgsl by naga: do not edit.
+// Generated from windfall_vat.wgsl by naga: do not edit.
 
 float4 windfall_decode(float4 texel, float4 low, float4 high)
 {

@@ -8,7 +8,8 @@ use windfall_core::foliage::season::withering;
 use windfall_core::foliage::{Leaf, LeafShape};
 use windfall_core::forest::{Forest, Instance};
 use windfall_core::path::{
-    Fall, FallSettings, Landing, LeafFall, LeafPose, PathSet, Phase, Variation, stack_height,
+    Fall, FallSettings, Landing, LeafFall, LeafPose, PathSet, Phase, Variant, Variation,
+    stack_height,
 };
 use windfall_core::shed::Shedding;
 use windfall_core::tree::Tree;
@@ -460,6 +461,23 @@ impl<'a> Selection<'a> {
         let thickness = self.models[instance.model as usize].thickness[leaf.shape as usize];
         let stack = stack_height(&fall, scale, thickness);
         (self.fall.drawn_pose(&fall, landing, stack, time), scale)
+    }
+
+    /// The fall of the `i`-th leaf of the selection, its landing and its variant.
+    pub(crate) fn fall_facts(&self, i: usize) -> (LeafFall, Landing, Variant) {
+        let Selected { id, detach, landing } = &self.leaves[i];
+        let (instance, leaf) = self.leaf(*id);
+        let fall = self.fall_of(instance, leaf, *detach);
+        (fall, *landing, self.fall.variant(&fall))
+    }
+
+    /// Height over the ground at which the `i`-th leaf of the selection lies, metres.
+    pub(crate) fn lift(&self, i: usize) -> f32 {
+        let Selected { id, detach, .. } = &self.leaves[i];
+        let (instance, leaf) = self.leaf(*id);
+        let fall = self.fall_of(instance, leaf, *detach);
+        let thickness = self.models[instance.model as usize].thickness[leaf.shape as usize];
+        stack_height(&fall, leaf.scale * instance.scale, thickness)
     }
 
     /// The `i`-th leaf of the selection at `time`, seconds.

@@ -8,6 +8,7 @@
 //! vertex animation textures; the layout is our own.
 
 mod mesh;
+pub mod paths;
 mod texture;
 
 pub use texture::{Texels, Which};
@@ -100,6 +101,17 @@ pub fn shaders(engine: Engine) -> &'static [(&'static str, &'static str)] {
             ("windfall_leaves.shader", include_str!("../../shaders/windfall_leaves.shader")),
         ],
         Engine::Unreal => &[HLSL],
+    }
+}
+
+/// The decoder of [`paths`] for shaders: file name and text. Unity's and Unreal's is HLSL; Godot's language has none of
+/// its own yet, so that it gets the WGSL to translate.
+pub fn path_shader(engine: Engine) -> (&'static str, &'static str) {
+    match engine {
+        Engine::Godot => ("windfall_paths.wgsl", include_str!("../../shaders/windfall_paths.wgsl")),
+        Engine::Unity | Engine::Unreal => {
+            ("windfall_paths.hlsl", include_str!("../../shaders/windfall_paths.hlsl"))
+        }
     }
 }
 

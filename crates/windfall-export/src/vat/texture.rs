@@ -68,26 +68,11 @@ impl Vat<'_> {
         out: &mut (impl Write + Seek),
         progress: &mut dyn FnMut(f32),
     ) -> Result<(), ExportError> {
-        let texel =
-            |at: Vec2<usize>| <(f32, f32, f32, f32)>::from(self.texel(which, at.x(), at.y()));
-        // Any reader takes lines without compression; and places hardly repeat.
-        let encoding = Encoding {
-            compression: Compression::Uncompressed,
-            blocks: Blocks::ScanLines,
-            line_order: LineOrder::Increasing,
-        };
         let name = match which {
             Which::Position => "position",
             Which::Rotation => "rotation",
         };
-        let channels = SpecificChannels::rgba(texel);
-        let layer = Layer::new(self.size(), LayerAttributes::named(name), encoding, channels);
-        let image = Image::from_layer(layer);
-        let write = image.write().non_parallel().on_progress(|share| progress(share as f32));
-        write.to_buffered(out).map_err(|error| match error {
-            exr::error::Error::Io(error) => ExportError::Io(error),
-            other => ExportError::Io(std::io::Error::other(other.to_string())),
-        })
+        write_exr(name, self.size(), |x, y| self.texel(which, x, y), out, progress)
     }
 
     fn write_png(
@@ -128,4 +113,29 @@ impl Vat<'_> {
         stream.finish().map_err(io)?;
         writer.finish().map_err(io)
     }
+}
+
+/// Writes an OpenEXR file of four floats a texel, asked for line by line.
+pub fn write_exr(
+    name: &str,
+    size: (usize, usize),
+    texel: impl Fn(usize, usize) -> Vec4 + Sync,
+    out: &mut (impl Write + Seek),
+    progress: &mut dyn FnMut(f32),
+) -> Result<(), ExportError> {
+    let texel = |at: Vec2<usize>| <(f32, f32, f32, f32)>::from(texel(at.x(), at.y()));
+    // Any reader takes lines without compression; and places hardly repeat.
+    let encoding = Encoding {
+        compression: Compression::Uncompressed,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let channels = SpecificChannels::rgba(texel);
+    let layer = Layer::new(size, LayerAttributes::named(name), encoding, channels);
+    let image = Image::from_layer(layer);
+    let write = image.write().non_parallel().on_progress(|share| progress(share as f32));
+    write.to_buffered(out).map_err(|error| match error {
+        exr::error::Error::Io(error) => ExportError::Io(error),
+        other => ExportError::Io(std::io::Error::other(other.to_string())),
+    })
 }
