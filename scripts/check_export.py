@@ -2,6 +2,7 @@
 
     python3 check_export.py usd FILE.usda FILE.csv      validates by OpenUSD; counts, ids and poses at three times
     python3 check_export.py vat FILE.json FILE.csv      decodes by decode_vat.py; poses at three times
+    python3 check_export.py table FILE.parquet FILE.csv reads by pyarrow; every pose
 """
 import csv, math, os, sys
 
@@ -78,6 +79,17 @@ def vat(path, expected):
         compare(path, frame, got, expected[frame])
 
 
+def parquet(path, expected):
+    import pyarrow.parquet
+
+    frames = {}
+    for row in pyarrow.parquet.read_table(path).to_pylist():
+        place, turn = ([row[k] for k in keys] for keys in (("x", "y", "z"), ("qx", "qy", "qz", "qw")))
+        frames.setdefault(row["frame"], {})[row["id"]] = (place, turn)
+    for frame in expected:
+        compare(path, frame, frames[frame], expected[frame])
+
+
 if __name__ == "__main__":
     kind, path, expected = sys.argv[1:]
-    {"usd": usd, "vat": vat}[kind](path, table(expected))
+    {"usd": usd, "vat": vat, "table": parquet}[kind](path, table(expected))

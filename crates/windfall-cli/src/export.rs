@@ -68,8 +68,8 @@ pub struct Args {
     /// Print one JSON object of what was exported
     #[arg(long)]
     json: bool,
-    /// Where to: FILE.usda, FILE.usdc or FILE.usdz (these two by usdcat or Python's pxr), FILE.glb, FILE.csv, or FILE.json
-    /// for vertex animation textures beside it
+    /// Where to: FILE.usda, FILE.usdc or FILE.usdz (these two by usdcat or Python's pxr), FILE.glb, FILE.csv,
+    /// FILE.parquet, or FILE.json for vertex animation textures beside it
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
@@ -121,6 +121,7 @@ struct Span {
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
     Csv,
+    Parquet,
     Usd,
     Glb,
     Vat,
@@ -155,7 +156,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let frame = (scene.time * f64::from(scene.fps)).max(0.0) as u32;
             (frame, frame)
         }
-        Format::Csv | Format::Usd | Format::Vat => scene.frames,
+        Format::Csv | Format::Parquet | Format::Usd | Format::Vat => scene.frames,
     });
     let moments = Moments { first, count: last - first + 1, fps: scene.fps };
     let source = source(&stage);
@@ -207,10 +208,13 @@ fn format_of(out: &Path) -> anyhow::Result<Format> {
     let extension = out.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     Ok(match extension.as_str() {
         "csv" => Format::Csv,
+        "parquet" => Format::Parquet,
         "usda" | "usdc" | "usdz" => Format::Usd,
         "glb" => Format::Glb,
         "json" => Format::Vat,
-        _ => bail!("--out {shown}: the name must end in .usda, .usdc, .usdz, .glb, .csv or .json"),
+        _ => bail!(
+            "--out {shown}: the name must end in .usda, .usdc, .usdz, .glb, .csv, .parquet or .json"
+        ),
     })
 }
 
@@ -271,6 +275,10 @@ fn write(
     match format {
         Format::Csv => write_atomic(out, |file| {
             table::write_csv(selection, file, progress)?;
+            Ok(())
+        }),
+        Format::Parquet => write_atomic(out, |file| {
+            table::write_parquet(selection, file, progress)?;
             Ok(())
         }),
         Format::Glb => write_atomic(out, |file| Ok(gltf::write_glb(selection, file, progress)?)),

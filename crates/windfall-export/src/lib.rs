@@ -7,7 +7,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`frame`] | which leaves are exported, and where each is in a frame |
-//! | [`table`] | poses as a table of text |
+//! | [`table`] | poses as a table, CSV or Parquet |
 //! | [`gltf`] | glTF: animated nodes, or instances of one moment |
 //! | [`usd`] | Universal Scene Description |
 //! | [`vat`] | vertex animation textures |
@@ -32,6 +32,9 @@ pub enum ExportError {
     /// The output cannot be written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
+    /// A Parquet file cannot be written.
+    #[error(transparent)]
+    Parquet(#[from] parquet::errors::ParquetError),
     /// More leaves than the format is for.
     #[error(
         "{leaves} leaves are more than the {most} that {format} takes; --most {most} keeps the nearest"

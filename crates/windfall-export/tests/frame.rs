@@ -169,6 +169,42 @@ fn a_table_reads_back_as_the_same_numbers() {
 }
 
 #[test]
+fn parquet_has_the_rows_of_the_table_in_a_group_a_frame() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    let place = Place::new();
+    let source = place.source();
+    let moments = Moments { first: 150, count: 3, fps: 6.0 };
+    let selection = select(&source, moments, only("falling,hanging"));
+    let (mut csv, mut bytes) = (Vec::new(), Vec::new());
+    let rows = table::write_csv(&selection, &mut csv, &mut |_| ()).unwrap();
+    assert_eq!(table::write_parquet(&selection, &mut bytes, &mut |_| ()).unwrap(), rows);
+    let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
+    assert_eq!(reader.num_row_groups(), 3);
+    let csv = String::from_utf8(csv).unwrap();
+    let mut lines = csv.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let mut read = 0;
+    for (row, line) in reader.get_row_iter(None).unwrap().zip(lines) {
+        for ((name, value), (known, cell)) in
+            row.unwrap().get_column_iter().zip(names.iter().zip(line.split(',')))
+        {
+            use parquet::record::Field;
+            assert_eq!(name, known);
+            match value {
+                Field::Int(v) => assert_eq!(v.to_string(), cell),
+                Field::Long(v) => assert_eq!(v.to_string(), cell),
+                Field::Double(v) => assert_eq!(*v, cell.parse::<f64>().unwrap()),
+                Field::Float(v) => assert_eq!(*v, cell.parse::<f32>().unwrap()),
+                Field::Str(v) => assert_eq!(v, cell),
+                other => panic!("{name}: {other}"),
+            }
+        }
+        read += 1;
+    }
+    assert!(read == rows && rows > 300);
+}
+
+#[test]
 fn names_of_parts_are_read() {
     assert_eq!("hanging,falling,landed,trees,ground".parse(), Ok(Parts::ALL));
     assert!("falling".parse::<Parts>().unwrap().falling);
