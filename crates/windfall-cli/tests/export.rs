@@ -20,10 +20,10 @@ fn shedding() -> Place {
 #[test]
 fn as_many_leaves_are_exported_as_are_drawn() {
     let place = shedding();
-    let printed = place.succeed("render small.ron --trees 40 --frames 8-8 --json --out f_%d.png");
+    let printed = place.succeed("render small.ron --trees 600 --frames 8-8 --json --out f_%d.png");
     let drawn: Value = serde_json::from_str(&printed).unwrap();
     let drawn = &drawn["frames"][0];
-    let printed = place.succeed("export small.ron --trees 40 --frames 8 --json --out all.csv");
+    let printed = place.succeed("export small.ron --trees 600 --frames 8 --json --out all.csv");
     let exported: Value = serde_json::from_str(&printed).unwrap();
     let number = |value: &Value| value.as_u64().unwrap();
     let (falling, landed) = (&exported["falling"]["first"], &exported["landed"]["first"]);
@@ -110,9 +110,9 @@ fn progress_is_told_in_lines() {
 #[test]
 fn tasks_of_an_array_give_the_frames_of_one_run() {
     let place = Place::new();
-    place.succeed("render small.ron --frames 0-6 --fps 10 --out one/frame_%05d.png");
+    place.succeed("render small.ron --frames 0-7 --fps 10 --out one/frame_%05d.png");
     place.succeed(
-        "farm slurm small.ron --frames 0-6 --fps 10 --frames-per-task 3 --sweep trees=2,4 \
+        "farm slurm small.ron --frames 0-7 --fps 10 --frames-per-task 3 --sweep trees=2,4 \
          --sweep seed=3 --film film.apng --out job.sh",
     );
     let script = String::from_utf8(place.read("job.sh")).unwrap();
@@ -131,7 +131,7 @@ fn tasks_of_an_array_give_the_frames_of_one_run() {
     };
     (0..6).for_each(|task| run(task, &[]));
     run(0, &["film"]);
-    for frame in 0..=6 {
+    for frame in 0..=7 {
         let [one, task] = ["one", "frames/trees_4/seed_3"]
             .map(|folder| place.read(&format!("{folder}/frame_{frame:05}.png")));
         assert!(one == task, "frame {frame}");
