@@ -6,7 +6,8 @@
 //!
 //! | module | what it does |
 //! |---|---|
-//! | [`frame`] | which leaves are exported, and where each is in a frame |
+//! | [`frame`] | what is exported, and a leaf in a frame |
+//! | [`selection`] | which leaves are exported, and where each is at a moment |
 //! | [`table`] | poses as a table, CSV or Parquet |
 //! | [`gltf`] | glTF: animated nodes, or instances of one moment |
 //! | [`usd`] | Universal Scene Description |
@@ -16,12 +17,14 @@
 pub mod frame;
 pub mod gltf;
 mod mesh;
+pub mod selection;
 mod shade;
 pub mod table;
 pub mod usd;
 pub mod vat;
 
-pub use frame::{Filter, LeafId, LeafState, Moments, Parts, Selection, Source, Thrown};
+pub use frame::{Filter, LeafId, LeafState, Moments, Parts, Source, Thrown};
+pub use selection::Selection;
 
 use windfall_core::material::{Material, Surface};
 

@@ -1,8 +1,9 @@
 //! Colours that leaves share, since many programs take no colour from instances: leaves of a group are told apart by
 //! their phase of autumn, and each part has the mean colour of its leaves. Leaves with a texture have that alone.
 
-use crate::frame::{Group, LeafState, Selection};
+use crate::frame::LeafState;
 use crate::mesh::picture;
+use crate::selection::{Group, Selection};
 use glam::Vec3;
 
 /// Shades of the leaves of a group.

@@ -12,8 +12,8 @@ mod text;
 
 pub use model::identifier;
 
-use crate::frame::{Group, Selection};
 use crate::mesh::{colored, encode, leaf_material, picture, shape_of};
+use crate::selection::{Group, Selection};
 use crate::shade::Shades;
 use crate::{ExportError, LeafState, season_color};
 use glam::Vec3;

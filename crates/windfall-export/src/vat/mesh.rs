@@ -1,9 +1,10 @@
 //! The mesh of all leaves, each about its own centre.
 
 use super::Vat;
-use crate::frame::{Kind, LeafState, Selection};
+use crate::frame::{Kind, LeafState};
 use crate::gltf::{Document, begin_glb, put};
 use crate::mesh::{leaf_material, shape_of};
+use crate::selection::Selection;
 use crate::{ExportError, short_name};
 use glam::{Vec2, Vec3};
 use serde_json::json;

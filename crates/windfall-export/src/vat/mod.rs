@@ -13,7 +13,7 @@ mod texture;
 
 pub use texture::{Texels, Which};
 
-use crate::frame::Selection;
+use crate::selection::Selection;
 use crate::{ExportError, LeafState};
 use glam::{Mat3, Quat, Vec3};
 use serde_json::{Value, json};

@@ -8,7 +8,7 @@
 //! The wind's way is exact at the landing and for a steady wind; on the way gusts are smoothed.
 
 use super::{Engine, LARGEST, texture};
-use crate::frame::Selection;
+use crate::selection::Selection;
 use crate::{ExportError, LeafState};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
