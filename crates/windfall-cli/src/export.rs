@@ -1,6 +1,6 @@
 //! `windfall export`: leaves and trees of a scene for other programs.
 
-use crate::render::{parse_frames, progress_bar, read_scene, read_tree};
+use crate::render::{parse_frames, progress_bar, read_scene, read_tree, tree_entry};
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
@@ -40,9 +40,21 @@ pub struct Args {
     /// At most so many leaves: those that come nearest to the camera
     #[arg(long, value_name = "N")]
     most: Option<usize>,
+    /// Plant this instead of the scene's trees: a .glb or .gltf file, or a species; may be given again
+    #[arg(long = "tree", value_name = "FILE|SPECIES")]
+    tree: Vec<String>,
     /// Number of trees
     #[arg(long, value_name = "N")]
     trees: Option<u32>,
+    /// Scale every --tree to this height, metres
+    #[arg(long, value_name = "M", requires = "tree")]
+    height: Option<f32>,
+    /// Node, mesh or material of the --tree files that is leaves; may be given again
+    #[arg(long, value_name = "NAME", requires = "tree")]
+    leaves: Vec<String>,
+    /// Species whose autumn colours the leaves of the --tree files take
+    #[arg(long, value_name = "SPECIES", requires = "tree")]
+    palette: Option<String>,
     /// Phase of autumn, 0 late summer to 1 bare
     #[arg(long, value_name = "PHASE")]
     season: Option<f32>,
@@ -96,6 +108,9 @@ fn parse_box(text: &str) -> Result<(Vec3, Vec3), String> {
     }
 }
 
+/// Most frames of a file.
+const MOST_FRAMES: u32 = 1_000_000;
+
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Report {
@@ -134,6 +149,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("--paths: is for textures, --out FILE.json");
     }
     let (mut scene, folder, name) = read_scene(&args.scene)?;
+    if !args.tree.is_empty() {
+        let palette = args.palette.as_deref();
+        let entry = |name: &String| tree_entry(name, args.height, &args.leaves, palette);
+        scene.trees = args.tree.iter().map(entry).collect::<Result<_, _>>()?;
+        scene.spacing = None;
+    }
     scene.count = args.trees.unwrap_or(scene.count);
     scene.season = args.season.unwrap_or(scene.season);
     scene.seed = args.seed.unwrap_or(scene.seed);
@@ -158,6 +179,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         Format::Csv | Format::Parquet | Format::Usd | Format::Vat => scene.frames,
     });
+    if last - first >= MOST_FRAMES || last == u32::MAX {
+        bail!(
+            "--frames {first}-{last}: are more than {MOST_FRAMES} frames, or numbers beyond 4294967294"
+        );
+    }
     let moments = Moments { first, count: last - first + 1, fps: scene.fps };
     let source = source(&stage);
     let filter =

@@ -278,12 +278,35 @@ pub(crate) fn read_tree(folder: &Path, file: &str, entry: &TreeEntry) -> anyhow:
     windfall_host::tree::read(&folder.join(file), &entry.leaves, entry.height)
 }
 
+/// What `--tree` names: a species, or a file.
+pub(crate) fn tree_entry(
+    name: &str,
+    height: Option<f32>,
+    leaves: &[String],
+    palette: Option<&str>,
+) -> anyhow::Result<TreeEntry> {
+    let source = if name.parse::<Species>().is_ok() {
+        Source::Species(name.to_owned())
+    } else {
+        // Relative to where the user stands, whatever folder the scene is in.
+        let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
+        Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
+    };
+    Ok(TreeEntry {
+        height,
+        leaves: leaves.to_vec(),
+        palette: palette.map(str::to_owned),
+        ..TreeEntry::new(source)
+    })
+}
+
 impl Args {
     /// The scene with what the command line says instead.
     fn apply(&self, mut scene: Scene, file: &str) -> anyhow::Result<Scene> {
         if !self.tree.is_empty() {
-            scene.trees =
-                self.tree.iter().map(|name| self.entry(name)).collect::<Result<_, _>>()?;
+            let palette = self.palette.as_deref();
+            let entry = |name: &String| tree_entry(name, self.height, &self.leaves, palette);
+            scene.trees = self.tree.iter().map(entry).collect::<Result<_, _>>()?;
             scene.spacing = None;
         }
         scene.count = self.trees.unwrap_or(scene.count);
@@ -320,22 +343,6 @@ impl Args {
         }
         scene.check(file)?;
         Ok(scene)
-    }
-
-    fn entry(&self, name: &str) -> anyhow::Result<TreeEntry> {
-        let source = if name.parse::<Species>().is_ok() {
-            Source::Species(name.to_owned())
-        } else {
-            // Relative to where the user stands, whatever folder the scene is in.
-            let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
-            Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
-        };
-        Ok(TreeEntry {
-            height: self.height,
-            leaves: self.leaves.clone(),
-            palette: self.palette.clone(),
-            ..TreeEntry::new(source)
-        })
     }
 
     /// The frames to draw and their moments.

@@ -43,6 +43,7 @@ fn every_format_is_written_whole_and_the_same_again() {
     for (options, files) in [
         ("--frames 4-8 --out a.usda", vec!["a.usda"]),
         ("--frames 4-8 --out a.csv", vec!["a.csv"]),
+        ("--frames 4 --tree tiny.glb --height 3 --palette oak --out t.parquet", vec!["t.parquet"]),
         ("--frames 4-8 --only falling --out a.glb", vec!["a.glb"]),
         (
             "--frames 4-8 --engine unity --texels png --out v.json",
@@ -66,6 +67,8 @@ fn what_cannot_be_exported_is_refused() {
     let place = shedding();
     for (code, options, words) in [
         (1, "--paths --out a.usda", "is for textures"),
+        (1, "--frames 0-4294967295 --out a.csv", "more than 1000000 frames"),
+        (1, "--tree none.glb --out a.csv", "none.glb: cannot be read"),
         (1, "--out a.fbx", "must end in .usda"),
         (2, "--only fallen --out a.usda", "\"fallen\" is none of hanging"),
         (2, "--within 1,2,3 --out a.usda", "six numbers"),

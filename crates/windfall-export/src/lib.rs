@@ -12,6 +12,38 @@
 //! | [`gltf`] | glTF: animated nodes, or instances of one moment |
 //! | [`usd`] | Universal Scene Description |
 //! | [`vat`] | vertex animation textures |
+//!
+//! ```
+//! use windfall_core::forest::{Placement, Terrain};
+//! use windfall_core::glam::DVec3;
+//! use windfall_core::path::{FallSettings, PathSet, Variation};
+//! use windfall_core::{shed::Shedding, wind::Wind};
+//! use windfall_export::{Filter, Moments, Selection, Source, usd};
+//! # let mut birch = windfall_tree::Species::Birch.grow(1);
+//! # birch.foliage.truncate(100);
+//!
+//! let trees = [birch];
+//! let placement = Placement { trees: 2, ..Placement::default() };
+//! let forest = placement.place(Terrain::flat(), &[1.0]);
+//! let paths = PathSet::builtin();
+//! let source = Source {
+//!     trees: &trees,
+//!     forest: &forest,
+//!     paths: &paths,
+//!     shedding: Shedding::default(),
+//!     wind: Wind::new(1.2, 0.6, 0.6, 1),
+//!     variation: Variation::default(),
+//!     settings: FallSettings::default(),
+//!     season: 0.6,
+//!     thrown: Vec::new(),
+//! };
+//! let moments = Moments { first: 0, count: 24, fps: 24.0 };
+//! let filter = Filter { parts: "falling,landed".parse()?, ..Filter::NONE };
+//! let selection = Selection::new(&source, moments, filter, &|_| DVec3::ZERO);
+//! let mut file = Vec::new();
+//! usd::write_usda(&selection, "./textures", &mut file, &mut |_| ())?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![deny(missing_docs)]
 
 pub mod frame;

@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     film.finish()?;
     if !missing.is_empty() {
-        let of = last - first + 1;
+        let of = u64::from(last - first) + 1;
         eprintln!("note: {} of {of} frames are missing: {}", missing.len(), ranges(&missing));
     }
     Ok(())
