@@ -35,6 +35,8 @@ pub struct PathTextures<'a> {
     samples: usize,
     columns: usize,
     blocks: usize,
+    /// A leaf's path alone: no wind, no twig, no variation.
+    bare: Fall<'a>,
 }
 
 impl<'a> PathTextures<'a> {
@@ -67,15 +69,11 @@ impl<'a> PathTextures<'a> {
             return Err(ExportError::TooManyFrames(samples.max(found.len()) as u32));
         }
         found.values_mut().enumerate().for_each(|(row, at)| *at = row);
-        Ok(Self { selection, engine, flights: found, samples, columns, blocks })
-    }
-
-    /// A leaf's path alone: no wind, no twig, no variation.
-    fn bare(&self) -> Fall<'a> {
-        let source = self.selection.source();
+        let source = selection.source();
         let settings = FallSettings { soft_drop: 0.0, soft_time: 0.0, ..source.settings };
-        let variation = Variation::default();
-        Fall::new(source.paths, &source.forest.terrain, Wind::calm(), variation, settings)
+        let (terrain, variation) = (&source.forest.terrain, Variation::default());
+        let bare = Fall::new(source.paths, terrain, Wind::calm(), variation, settings);
+        Ok(Self { selection, engine, flights: found, samples, columns, blocks, bare })
     }
 
     /// Width and height of the path texture: two rows a path, displacement with the drop so far, and orientation.
@@ -94,7 +92,6 @@ impl<'a> PathTextures<'a> {
     ///
     /// The output cannot be written.
     pub fn write_paths(&self, out: &mut (impl Write + Seek)) -> Result<(), ExportError> {
-        let bare = self.bare();
         let mut texels = Vec::with_capacity(2 * self.samples * self.flights.len());
         for &(path, joint, start) in self.flights.keys() {
             let variant =
@@ -102,7 +99,7 @@ impl<'a> PathTextures<'a> {
             let leaf = still();
             let mut drop = 0.0f32;
             let poses: Vec<_> = (0..self.samples)
-                .map(|i| bare.airborne(&leaf, &variant, i as f32 / RATE))
+                .map(|i| self.bare.airborne(&leaf, &variant, i as f32 / RATE))
                 .collect();
             for pose in &poses {
                 drop = drop.max(-pose.position.y);
@@ -140,8 +137,7 @@ impl<'a> PathTextures<'a> {
         let moments = self.selection.moments();
         let first = moments.time(moments.first);
         let row = self.flights[&(variant.path, variant.joint, variant.start)];
-        let bare = self.bare();
-        let begin = bare.airborne(&still(), &variant, 0.0).orientation;
+        let begin = self.bare.airborne(&still(), &variant, 0.0).orientation;
         let from_twig = begin.conjugate() * leaf.twig_orientation;
         let mut blown = Vec3::ZERO;
         let mut time = 1e9;
@@ -149,7 +145,7 @@ impl<'a> PathTextures<'a> {
             time = landing.time;
             let settings = self.selection.source().settings;
             let unrolled =
-                bare.airborne(&still(), &variant, soft_time(landing.time, settings.soft_time));
+                self.bare.airborne(&still(), &variant, soft_time(landing.time, settings.soft_time));
             blown = landing.position - leaf.origin - unrolled.position;
         }
         let lift = self.selection.lift(i);
