@@ -27,6 +27,7 @@ Examples:
   windfall render lone-oak --json --out oak.png | jq .frames[0].leaves_total
   windfall tree inspect my_oak.glb
   windfall simplify my_oak.glb --lambda 0.1 --out far_oak.glb
+  windfall export my.ron --frames 0-99 --only falling --out leaves.usda
   windfall path simulate --species maple --seconds 8 --out maple.path
 
 Environment: WGPU_BACKEND (vulkan, metal, dx12) and WGPU_ADAPTER_NAME choose the GPU,
