@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// From the bottom up, as in the table of `lib.rs`.
 const LAYERS: [&str; 12] = [
-    "error", "rng", "wind", "sway", "light", "forest", "shed", "path", "material", "foliage",
+    "error", "rng", "wind", "sway", "light", "forest", "shed", "material", "foliage", "path",
     "simplify", "tree",
 ];
 
