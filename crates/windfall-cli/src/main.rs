@@ -3,7 +3,9 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
+mod export;
 mod falling;
+mod farm;
 mod framing;
 mod linear;
 mod output;
@@ -29,6 +31,7 @@ Examples:
   windfall render lone-oak --json --out oak.png | jq .frames[0].leaves_total
   windfall tree inspect my_oak.glb
   windfall simplify my_oak.glb --lambda 0.1 --out far_oak.glb
+  windfall export my.ron --frames 0-99 --only falling --out leaves.usda
   windfall path simulate --species maple --seconds 8 --out maple.path
 
 Environment: WGPU_BACKEND (vulkan, metal, dx12) and WGPU_ADAPTER_NAME choose the GPU,
@@ -51,6 +54,10 @@ struct Cli {
 enum Command {
     /// Render a scene to a picture or a film
     Render(Box<render::Args>),
+    /// Write leaves and trees of a scene for other programs: USD, glTF, tables
+    Export(Box<export::Args>),
+    /// Write jobs for render farms, and join their frames
+    Farm(farm::Args),
     /// Look into a tree file, or write a built-in species as one
     Tree(tree::Args),
     /// Write a tree with a share of its leaves, for other programs
@@ -83,6 +90,8 @@ fn main() -> ExitCode {
         .init();
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Export(args) => export::run(&args),
+        Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),

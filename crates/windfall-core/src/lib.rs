@@ -18,9 +18,9 @@
 //! | [`light`] | sky and sun, ambient light, scattering by a leaf |
 //! | [`forest`] | terrain and the trees that stand on it |
 //! | [`shed`] | when leaves detach |
-//! | [`path`] | fall paths: storage, playback, landing |
 //! | [`material`] | how surfaces look |
-//! | [`foliage`] | the leaves of a tree: elements, shapes, prune order, shed order |
+//! | [`foliage`] | the leaves of a tree: elements, shapes, prune order, shed order, colour in autumn |
+//! | [`path`] | fall paths: storage, playback, landing |
 //! | [`simplify`] | how many leaves of a distant tree are drawn, and what makes up for the others |
 //! | [`tree`] | a tree model: wood and leaves |
 #![deny(missing_docs)]

@@ -6,8 +6,8 @@ use std::path::Path;
 
 /// From the bottom up, as in the table of `lib.rs`.
 const LAYERS: [&str; 13] = [
-    "error", "note", "rng", "wind", "sway", "light", "forest", "shed", "path", "material",
-    "foliage", "simplify", "tree",
+    "error", "note", "rng", "wind", "sway", "light", "forest", "shed", "material", "foliage",
+    "path", "simplify", "tree",
 ];
 
 /// All code of a module, its unit tests included, comments left out.

@@ -37,14 +37,8 @@ impl Stage {
                 continue;
             };
             let leaf = &foliage.leaves[index as usize];
-            let landing = fall.landing(&LeafFall {
-                origin: instance.world_from_tree(leaf.center),
-                twig_orientation: instance.rotation() * leaf.orientation,
-                tree: instance.position,
-                seed: hash(instance.seed, leaf.shed_rank),
-                group: falls.group_of(&tree.name),
-                detach_time: 0.0,
-            });
+            let group = falls.group_of(&tree.name);
+            let landing = fall.landing(&LeafFall::of(instance, leaf, group, 0.0));
             sum += landing.time;
             longest = longest.max(landing.time);
             count += 1;

@@ -26,6 +26,7 @@ use windfall_tree::Species;
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "switches of a command line")]
 pub struct Args {
     /// A scene file (.ron), or the name of a built-in scene
     #[arg(value_name = "SCENE", default_value = windfall_scenes::NAMES[0])]
@@ -120,16 +121,22 @@ pub struct Args {
     /// Leave the sky clear: straight alpha in .png, .apng and .exr
     #[arg(long)]
     alpha: bool,
+    /// Print progress as lines that render farms read: `openjd_progress: 12.5`, percent
+    #[arg(long)]
+    progress_lines: bool,
     /// Where to: FILE.png, FILE.exr (linear, with depth), FILE.apng, FILE.gif, FILE.mp4, frames_%05d.png or .exr
     #[arg(long, value_name = "FILE")]
     out: String,
 }
 
-fn parse_frames(text: &str) -> Result<(u32, u32), String> {
-    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+pub(crate) fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+    let ends = text
+        .split_once('-')
+        .or(Some((text, text)))
+        .and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
         Some((first, last)) if first <= last => Ok((first, last)),
-        _ => Err("frames are FIRST-LAST, such as 0-149".to_owned()),
+        _ => Err("frames are FIRST-LAST, such as 0-149, or one number".to_owned()),
     }
 }
 
@@ -218,7 +225,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
-    for &(frame, time) in &moments {
+    for (done, &(frame, time)) in moments.iter().enumerate() {
+        if args.progress_lines {
+            eprintln!("openjd_status: frame {frame}");
+            eprintln!("openjd_progress: {:.1}", 100.0 * done as f32 / moments.len() as f32);
+        }
         let path = output.frame_path(frame);
         if args.resume && path.as_ref().is_some_and(|p| p.exists()) {
             progress.inc(1);
@@ -248,6 +259,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(film) = film {
         film.finish()?;
     }
+    if args.progress_lines {
+        eprintln!("openjd_progress: 100.0");
+    }
     progress.finish_and_clear();
     if args.json {
         let report = Report { adapter: gpu.adapter, size: scene.size, notes, frames: reports };
@@ -257,7 +271,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// A built-in scene by name, or a file: with its folder and its name in errors.
-fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
+pub(crate) fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
     if let Some(scene) = windfall_scenes::named(name) {
         return Ok((scene, PathBuf::new(), name.to_owned()));
     }
@@ -274,7 +288,7 @@ fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)> {
 }
 
 /// Reads a tree; its notes go to stderr and to `notes`.
-fn read_tree(
+pub(crate) fn read_tree(
     folder: &Path,
     file: &str,
     entry: &TreeEntry,
@@ -286,12 +300,41 @@ fn read_tree(
     Ok(read.tree)
 }
 
+/// What `--tree` names: a species, or a file.
+pub(crate) fn tree_entry(
+    name: &str,
+    read: &ReadArgs,
+    wood: &[String],
+    palette: Option<&str>,
+) -> anyhow::Result<TreeEntry> {
+    let source = if name.parse::<Species>().is_ok() {
+        Source::Species(name.to_owned())
+    } else {
+        // Relative to where the user stands, whatever folder the scene is in.
+        let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
+        Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
+    };
+    Ok(TreeEntry {
+        height: read.height,
+        node: read.node.clone(),
+        leaves: read.leaves.clone(),
+        wood: wood.to_vec(),
+        up: read.up.into(),
+        unit: read.unit,
+        ground: read.ground,
+        vertex_colors: read.vertex_colors,
+        palette: palette.map(str::to_owned),
+        ..TreeEntry::new(source)
+    })
+}
+
 impl Args {
     /// The scene with what the command line says instead.
     fn apply(&self, mut scene: Scene, file: &str) -> anyhow::Result<Scene> {
         if !self.tree.is_empty() {
-            scene.trees =
-                self.tree.iter().map(|name| self.entry(name)).collect::<Result<_, _>>()?;
+            let palette = self.palette.as_deref();
+            let entry = |name: &String| tree_entry(name, &self.read, &self.wood, palette);
+            scene.trees = self.tree.iter().map(entry).collect::<Result<_, _>>()?;
             scene.spacing = None;
         }
         scene.count = self.trees.unwrap_or(scene.count);
@@ -334,28 +377,6 @@ impl Args {
         Ok(scene)
     }
 
-    fn entry(&self, name: &str) -> anyhow::Result<TreeEntry> {
-        let source = if name.parse::<Species>().is_ok() {
-            Source::Species(name.to_owned())
-        } else {
-            // Relative to where the user stands, whatever folder the scene is in.
-            let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
-            Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
-        };
-        Ok(TreeEntry {
-            height: self.read.height,
-            node: self.read.node.clone(),
-            leaves: self.read.leaves.clone(),
-            wood: self.wood.clone(),
-            up: self.read.up.into(),
-            unit: self.read.unit,
-            ground: self.read.ground,
-            vertex_colors: self.read.vertex_colors,
-            palette: self.palette.clone(),
-            ..TreeEntry::new(source)
-        })
-    }
-
     /// The frames to draw and their moments.
     fn moments(&self, scene: &Scene, output: &Output) -> anyhow::Result<Vec<(u32, f64)>> {
         let film = !matches!(output, Output::Png(_) | Output::Exr(_));
@@ -394,7 +415,7 @@ fn camera_key(eye: &str, target: &str, fov: &str) -> anyhow::Result<CameraKey> {
     Ok(CameraKey { time: 0.0, eye: point(eye)?, target: point(target)?, fov })
 }
 
-fn progress_bar(frames: u64) -> ProgressBar {
+pub(crate) fn progress_bar(frames: u64) -> ProgressBar {
     if frames < 2 || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

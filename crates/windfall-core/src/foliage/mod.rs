@@ -1,10 +1,12 @@
 //! The leaves of a tree: one list in prune order, in which a leaf keeps its identity from twig to
 //! litter.
 
+pub mod season;
 mod shading;
 mod visibility;
 
 pub use crate::material::Holes;
+pub use season::LeafSeason;
 pub use shading::Shading;
 pub use visibility::{Visibility, area_scale, share_for};
 
@@ -104,6 +106,11 @@ impl LeafShape {
     /// Radius of the smallest sphere about the origin that holds the shape, metres at scale 1.
     pub fn radius(&self) -> f32 {
         self.positions.iter().map(|p| p.length_squared()).fold(0.0, f32::max).sqrt()
+    }
+
+    /// Farthest that the shape reaches from its leaf's plane, metres at scale 1.
+    pub fn thickness(&self) -> f32 {
+        self.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max)
     }
 
     /// One-sided area, square metres at scale 1.

@@ -1,7 +1,8 @@
 //! When and how a leaf comes to lie on the ground (VB 3.5).
 
-use super::playback::Fall;
-use super::{LeafFall, PathTables, Variant, Variation};
+use super::playback::{Fall, smooth};
+use super::{LeafFall, LeafPose, PathTables, Variant, Variation};
+use crate::rng::{hash, unit};
 use glam::{Quat, Vec3};
 
 /// End of a fall: derived data, kept with the leaf so that a pose need not search for it.
@@ -103,6 +104,32 @@ impl Fall<'_> {
         // A cubic may dip below its samples: begin a sample early.
         let samples = laps + low as f32 - variant.start as f32 - 1.0;
         samples.max(0.0) / path.rate
+    }
+}
+
+/// Height above the ground at which a leaf lies, metres: leaves stand a little apart, so that none flickers in another.
+/// `scale` is that of leaf and tree together, `thickness` [`crate::foliage::LeafShape::thickness`].
+pub fn stack_height(leaf: &LeafFall, scale: f32, thickness: f32) -> f32 {
+    scale * thickness + 0.002 + 0.012 * unit(hash(leaf.seed, 13))
+}
+
+impl Fall<'_> {
+    /// [`Fall::pose`] as it is drawn where trees do not sway: the leaf comes to lie `stack` metres
+    /// ([`stack_height`]) above the ground.
+    pub fn drawn_pose(
+        &self,
+        leaf: &LeafFall,
+        landing: &Landing,
+        stack: f32,
+        time: f64,
+    ) -> LeafPose {
+        let mut pose = self.pose(leaf, landing, time);
+        let left = landing.time - (time - leaf.detach_time) as f32;
+        let settle = self.settle_time(landing.time).max(f32::MIN_POSITIVE);
+        let up = landing.orientation * Vec3::Y;
+        let up = if up.y < 0.0 { -up } else { up };
+        pose.position += up * (stack * smooth(1.0 - left / settle));
+        pose
     }
 }
 

@@ -36,7 +36,7 @@ pub mod tables;
 pub mod variation;
 
 pub use analysis::{Analysis, Gap, Joint};
-pub use landing::Landing;
+pub use landing::{Landing, stack_height};
 pub use playback::{Fall, FallSettings, LeafFall, LeafPose, Phase};
 pub use tables::{
     Flight, GroupFlights, JointRecord, MAX_FLIGHTS, PathRecord, PathSet, PathTables, Sample,

@@ -1,7 +1,9 @@
 //! Where a leaf is at a time: closed form, whatever the time (VB 3.4, 3.5, 4.2).
 
 use super::{Landing, PathSet, PathTables, Variant, Variation};
-use crate::forest::Terrain;
+use crate::foliage::Leaf;
+use crate::forest::{Instance, Terrain};
+use crate::rng::hash;
 use crate::wind::Wind;
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
@@ -21,6 +23,20 @@ pub struct LeafFall {
     pub group: u32,
     /// Time at which it detaches, seconds.
     pub detach_time: f64,
+}
+
+impl LeafFall {
+    /// The fall of a leaf of a tree by a group of paths.
+    pub fn of(instance: &Instance, leaf: &Leaf, group: u32, detach_time: f64) -> Self {
+        Self {
+            origin: instance.world_from_tree(leaf.center),
+            twig_orientation: instance.rotation() * leaf.orientation,
+            tree: instance.position,
+            seed: hash(instance.seed, leaf.shed_rank),
+            group,
+            detach_time,
+        }
+    }
 }
 
 /// What is the same for all falls.

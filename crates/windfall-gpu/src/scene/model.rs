@@ -189,7 +189,7 @@ impl LooseShapes {
                     .copied()
                     .filter(|&leaf| foliage.leaves[leaf as usize].shape == index)
                     .collect(),
-                thickness: shape.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max),
+                thickness: shape.thickness(),
                 radius: shape.radius(),
                 full: ShapeBuffers::new(device, shape),
                 small: small.as_ref().map(|small| ShapeBuffers::new(device, small)),

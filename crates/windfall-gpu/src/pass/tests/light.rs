@@ -8,8 +8,11 @@ use bytemuck::Zeroable;
 use glam::{Quat, Vec2, Vec3, Vec4};
 use half::f16;
 use wgpu::util::DeviceExt;
+use windfall_core::foliage::season::ripeness;
+use windfall_core::foliage::{Foliage, Leaf, Palette};
+use windfall_core::forest::Instance;
 use windfall_core::light::{Ambient, Atmosphere, SkyTable, leaf};
-use windfall_core::rng::{Rng, hash, unit};
+use windfall_core::rng::Rng;
 use windfall_core::simplify::{Branch, Shading};
 use windfall_core::sway;
 use windfall_core::wind::Wind;
@@ -50,17 +53,6 @@ fn frame(time: f64, wind: &Wind, light: &Light) -> Frame {
     frame.wind_travel = wind.travel;
     frame.wind_slowness = wind.slowness;
     frame
-}
-
-/// The CPU reference of `ripeness` and `branch_ripeness` in `base/wgsl/season.wgsl`.
-fn ripeness(season_offset: f32, seed: u32, from_center: Vec3) -> f32 {
-    let wave = |way: Vec3, draw: u32| {
-        let turns = from_center.dot(way) + unit(hash(seed, draw));
-        (std::f32::consts::TAU * (turns - turns.floor())).sin()
-    };
-    let branch = 0.09 * wave(Vec3::new(0.83, 0.55, -0.61), 14)
-        + 0.07 * wave(Vec3::new(-0.97, 1.13, 0.86), 15);
-    season_offset + 0.12 * from_center.y + branch
 }
 
 /// Runs `body`, WGSL that makes of `a` (two vectors) the vector `out`, for every input.
@@ -367,6 +359,55 @@ fn branches_have_their_time_as_on_the_cpu() {
     assert!((sum / got.len() as f32).abs() < 0.01, "{sum}");
     let spread = got.iter().map(|o| (o.x - 0.07).abs()).fold(0.0, f32::max);
     assert!((0.1..0.3).contains(&spread), "{spread}");
+}
+
+/// Phase and brightness of leaves, as leaves in the air have them and those on their twigs.
+#[test]
+fn leaves_have_their_season_as_on_the_cpu() {
+    let mut rng = Rng::new(7);
+    let light = light();
+    let spread = 0.4;
+    let inputs: Vec<[Vec4; 4]> = (0..2048)
+        .map(|_| {
+            let rank = Vec4::splat(rng.below(20_000) as f32);
+            let center = (unit_vector(&mut rng) * rng.unit()).extend(rng.below(1000) as f32);
+            [center, rank, rank, rank]
+        })
+        .collect();
+    let body = "let seed = u32(a[0].w);
+        let ripe = 0.07 + branch_ripeness(seed, a[0].xyz);
+        let hangs = leaf_season(seed, ripe, u32(a[1].x), a[0].y, 0.4);
+        let falls = season_of(hash(seed, u32(a[1].x)), ripeness(ripe, a[0].y), 0.4);
+        out = vec4(hangs.phase, hangs.brightness, falls.phase, falls.brightness);";
+    let frame = frame(0.0, &Wind::calm(), &light);
+    let got = run(&frame, &light, "", body, &inputs);
+    let palette = Palette { stops: vec![Vec3::ONE], spread };
+    let foliage = Foliage { palette: Some(palette), ..Foliage::default() };
+    for (i, out) in inputs.iter().zip(&got) {
+        let leaf = Leaf {
+            center: i[0].truncate(),
+            orientation: Quat::IDENTITY,
+            scale: 1.0,
+            shape: 0,
+            material: 0,
+            bent_normal: Vec3::Y,
+            ambient: 1.0,
+            shed_rank: i[1].x as u32,
+        };
+        let instance = Instance {
+            model: 0,
+            position: Vec3::ZERO,
+            yaw: 0.0,
+            scale: 1.0,
+            season_offset: 0.07,
+            seed: i[0].w as u32,
+        };
+        let want = foliage.season_of(&leaf, &instance, frame.season, Vec3::ONE);
+        for (phase, brightness) in [(out.x, out.y), (out.z, out.w)] {
+            assert!((phase - want.phase).abs() < 1e-3, "{phase} for {want:?}");
+            assert!((brightness - want.brightness).abs() < 1e-5, "{brightness} for {want:?}");
+        }
+    }
 }
 
 /// Dim light passes the curve as it is; above 0.62 it is drawn together. Peak 1 by hand: d = 0.38, new peak

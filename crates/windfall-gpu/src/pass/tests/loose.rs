@@ -7,7 +7,7 @@ use glam::{DVec3, Quat, Vec3};
 use std::collections::{HashMap, HashSet};
 use windfall_core::foliage::Leaf;
 use windfall_core::forest::{Forest as Placed, Placement, Terrain};
-use windfall_core::path::{Edition, Fall, LeafFall, Phase, Variation};
+use windfall_core::path::{Edition, Fall, LeafFall, Phase, Variation, stack_height};
 use windfall_core::rng::{hash, unit};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
@@ -145,7 +145,6 @@ fn reference(scene: &Scene, time: f64) -> Vec<(Vec3, Quat, bool)> {
         let shed = falls.shedding.tree(instance, foliage.leaves.len() as u32, &falls.wind);
         for (rank, &index) in (0..).zip(&foliage.shed_order) {
             let leaf = &foliage.leaves[index as usize];
-            let seed = hash(instance.seed, rank);
             // Times of thrown leaves are as exact as the GPU has them: single, from when the shedding begins.
             let start = if falls.shedding.start < 1e12 { falls.shedding.start } else { 0.0 };
             let detach = thrown
@@ -156,28 +155,13 @@ fn reference(scene: &Scene, time: f64) -> Vec<(Vec3, Quat, bool)> {
             if detach > time {
                 continue;
             }
-            let leaf_fall = LeafFall {
-                origin: instance.world_from_tree(leaf.center),
-                twig_orientation: instance.rotation() * leaf.orientation,
-                tree: instance.position,
-                seed,
-                group: falls.group_of(&tree.name),
-                detach_time: detach,
-            };
+            let leaf_fall = LeafFall::of(instance, leaf, falls.group_of(&tree.name), detach);
             let landing = fall.landing(&leaf_fall);
-            let pose = fall.pose(&leaf_fall, &landing, time);
             // Drawn a little above the ground, by the leaf's own thickness and chance.
-            let shape = &foliage.shapes[leaf.shape as usize];
-            let thickness = shape.positions.iter().map(|p| p.y.abs()).fold(0.0, f32::max);
-            let stack =
-                leaf.scale * instance.scale * thickness + 0.002 + 0.012 * unit(hash(seed, 13));
-            let left = landing.time - (time - detach) as f32;
-            let settle = falls.settings.settle_time.min(landing.time);
-            let x = (1.0 - left / settle.max(1e-30)).clamp(0.0, 1.0);
-            let up = landing.orientation * Vec3::Y;
-            let up = if up.y < 0.0 { -up } else { up };
-            let position = pose.position + up * stack * x * x * (3.0 - 2.0 * x);
-            out.push((position, pose.orientation, pose.phase != Phase::Landed));
+            let thickness = foliage.shapes[leaf.shape as usize].thickness();
+            let stack = stack_height(&leaf_fall, leaf.scale * instance.scale, thickness);
+            let pose = fall.drawn_pose(&leaf_fall, &landing, stack, time);
+            out.push((pose.position, pose.orientation, pose.phase != Phase::Landed));
         }
     }
     out
