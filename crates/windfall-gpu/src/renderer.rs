@@ -53,7 +53,7 @@ pub struct Options {
     pub color_format: wgpu::TextureFormat,
     /// Format of the depth.
     pub depth_format: wgpu::TextureFormat,
-    /// Whether depth is 1 near and 0 far.
+    /// Whether depth is 1 near and 0 far. A whole picture ([`Layers::picture`]) has depth of its own, always so.
     pub reversed_depth: bool,
     /// Samples of a pixel, 1 or 4.
     pub samples: u32,
