@@ -1,8 +1,8 @@
 //! `windfall export`: leaves and trees of a scene for other programs.
 
 use crate::falling::read_paths;
-use crate::reading::ReadArgs;
-use crate::render::{parse_frames, progress_bar, read_scene, read_tree, tree_entry};
+use crate::planting::{PlantArgs, ThrowArgs, read_tree};
+use crate::render::{parse_frames, progress_bar, read_scene};
 use anyhow::{Context, bail};
 use glam::Vec3;
 use serde::Serialize;
@@ -43,32 +43,10 @@ pub struct Args {
     /// At most so many leaves: those that come nearest to the camera
     #[arg(long, value_name = "N")]
     most: Option<usize>,
-    /// Plant this instead of the scene's trees: a .glb or .gltf file, or a species; may be given again
-    #[arg(long = "tree", value_name = "FILE|SPECIES")]
-    tree: Vec<String>,
-    /// Number of trees
-    #[arg(long, value_name = "N")]
-    trees: Option<u32>,
     #[command(flatten)]
-    read: ReadArgs,
-    /// What is wood in the --tree files: as for --leaves
-    #[arg(long, value_name = "NAME|N", requires = "tree")]
-    wood: Vec<String>,
-    /// Species whose autumn colours the leaves of the --tree files take
-    #[arg(long, value_name = "SPECIES", requires = "tree")]
-    palette: Option<String>,
-    /// Phase of autumn, 0 late summer to 1 bare
-    #[arg(long, value_name = "PHASE")]
-    season: Option<f32>,
-    /// Key of everything random
-    #[arg(long, value_name = "N")]
-    seed: Option<u32>,
-    /// Let this many leaves fall each second, from time 0 on
-    #[arg(long, value_name = "N")]
-    throw_rate: Option<f32>,
-    /// Keep about this many leaves in the air
-    #[arg(long, value_name = "N", conflicts_with = "throw_rate")]
-    falling: Option<u32>,
+    plant: PlantArgs,
+    #[command(flatten)]
+    throw: ThrowArgs,
     /// Axes and unit of vertex animation textures: godot, unity or unreal
     #[arg(long, value_name = "NAME", default_value = "godot")]
     engine: Engine,
@@ -153,30 +131,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("--paths: is for textures, --out FILE.json");
     }
     let (mut scene, folder, name) = read_scene(&args.scene)?;
-    if !args.tree.is_empty() {
-        let palette = args.palette.as_deref();
-        let entry = |name: &String| tree_entry(name, &args.read, &args.wood, palette);
-        scene.trees = args.tree.iter().map(entry).collect::<Result<_, _>>()?;
-        scene.spacing = None;
-    }
-    scene.count = args.trees.unwrap_or(scene.count);
-    scene.season = args.season.unwrap_or(scene.season);
-    scene.seed = args.seed.unwrap_or(scene.seed);
+    args.plant.apply(&mut scene)?;
     scene.fps = args.fps.unwrap_or(scene.fps);
     scene.check(&name)?;
     let mut notes = Vec::new();
     let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry, &mut notes))?;
     stage.check(&name)?;
     notes.extend(read_paths(&scene, &folder, &mut stage)?);
-    if let Some(rate) = args.throw_rate {
-        if !(rate > 0.0 && rate.is_finite()) {
-            bail!("--throw-rate {rate}: is not above 0");
-        }
-        stage.throw(rate, 0.0);
-    }
-    if let Some(count) = args.falling {
-        stage.keep_falling(count);
-    }
+    args.throw.apply(&mut stage)?;
     let (first, last) = args.frames.unwrap_or(match format {
         // A file of glTF is a moment, unless frames are asked for.
         Format::Glb => {
@@ -322,15 +284,19 @@ fn write(
     }
 }
 
+/// The name of a sidecar without its extension, for the files beside it, and their folder.
+fn stem_and_folder(out: &Path) -> anyhow::Result<(&str, &Path)> {
+    let stem = out.file_stem().and_then(|s| s.to_str()).context("--out: not UTF-8")?;
+    Ok((stem, out.parent().unwrap_or(Path::new(""))))
+}
+
 /// Writes textures of paths and of leaves, the mesh and the shader; the sidecar last.
 fn write_paths(
     args: &Args,
     selection: &Selection<'_>,
     progress: &mut dyn FnMut(f32),
 ) -> anyhow::Result<()> {
-    let out = &args.out;
-    let stem = out.file_stem().and_then(|s| s.to_str()).context("--out: not UTF-8")?;
-    let beside = out.parent().unwrap_or(Path::new(""));
+    let (stem, beside) = stem_and_folder(&args.out)?;
     let textures = PathTextures::new(selection, args.engine)?;
     let [paths, leaves] = ["paths", "leaves"].map(|part| format!("{stem}_{part}.exr"));
     let mesh = format!("{stem}.glb");
@@ -343,7 +309,7 @@ fn write_paths(
     })?;
     let (name, text) = path_shader(args.engine);
     write_atomic(&beside.join(name), |file| Ok(file.write_all(text.as_bytes())?))?;
-    write_atomic(out, |file| Ok(file.write_all(&textures.sidecar(&paths, &leaves, &mesh))?))
+    write_atomic(&args.out, |file| Ok(file.write_all(&textures.sidecar(&paths, &leaves, &mesh))?))
 }
 
 /// Writes the textures, the mesh and the shaders; the sidecar last, when all that it names is there.
@@ -352,9 +318,7 @@ fn write_vat(
     selection: &Selection<'_>,
     progress: &mut dyn FnMut(f32),
 ) -> anyhow::Result<()> {
-    let out = &args.out;
-    let stem = out.file_stem().and_then(|s| s.to_str()).context("--out: not UTF-8")?;
-    let beside = out.parent().unwrap_or(Path::new(""));
+    let (stem, beside) = stem_and_folder(&args.out)?;
     let (texels, extension) = match args.texels {
         TexelsArg::Exr => (Texels::Exr, "exr"),
         TexelsArg::Png => (Texels::Png, "png"),
@@ -386,7 +350,7 @@ fn write_vat(
     for (name, text) in shaders(args.engine) {
         write_atomic(&beside.join(name), |file| Ok(file.write_all(text.as_bytes())?))?;
     }
-    write_atomic(out, |file| Ok(file.write_all(&vat.sidecar(texels, &files))?))
+    write_atomic(&args.out, |file| Ok(file.write_all(&vat.sidecar(texels, &files))?))
 }
 
 /// Writes a `.usda` and its textures; other kinds of USD are made of it.

@@ -10,6 +10,7 @@ mod framing;
 mod linear;
 mod output;
 mod path;
+mod planting;
 mod reading;
 mod render;
 mod simplify;

@@ -1,6 +1,7 @@
 //! A path as a picture: from the side, from above, orientation over time, joints.
 
 use anyhow::{Result, anyhow};
+use plotters::coord::types::RangedCoordf32;
 use plotters::prelude::*;
 use windfall_core::glam::{Vec2, Vec3};
 use windfall_core::path::FallPath;
@@ -44,19 +45,22 @@ pub(super) fn failed<E: std::error::Error + Send + Sync>(
     anyhow!("cannot draw: {error}")
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type Axes<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf32, RangedCoordf32>>;
 
-/// The trajectory in a projection, at the same scale along both axes, with leaves seen as strokes
-/// along their width, and the marks of starting points and joints.
-fn view(path: &FallPath, area: &Area, caption: &str, flat: impl Fn(Vec3) -> Vec2) -> Result<()> {
-    let points: Vec<Vec2> = path.positions().iter().map(|&p| flat(p)).collect();
-    let low = points.iter().copied().reduce(Vec2::min).unwrap_or_default();
-    let high = points.iter().copied().reduce(Vec2::max).unwrap_or_default();
+/// Axes of one scale about some points, and half of what they span.
+pub(super) fn even_axes<'a, 'b>(
+    area: &'a Area<'b>,
+    caption: &str,
+    points: impl Iterator<Item = Vec2> + Clone,
+) -> Result<(Axes<'a, 'b>, Vec2)> {
+    let low = points.clone().reduce(Vec2::min).unwrap_or_default();
+    let high = points.reduce(Vec2::max).unwrap_or_default();
     let (w, h) = area.dim_in_pixel();
     let room = Vec2::new(w as f32 - 80.0, h as f32 - 90.0);
     let scale = ((high - low) * 1.1 / room).max_element().max(1e-6);
     let (middle, half) = ((low + high) * 0.5, room * scale * 0.5);
-    let mut chart = ChartBuilder::on(area)
+    let chart = ChartBuilder::on(area)
         .caption(caption, ("sans-serif", 15))
         .margin(10)
         .x_label_area_size(30)
@@ -66,6 +70,14 @@ fn view(path: &FallPath, area: &Area, caption: &str, flat: impl Fn(Vec3) -> Vec2
             middle.y - half.y..middle.y + half.y,
         )
         .map_err(failed)?;
+    Ok((chart, half))
+}
+
+/// The trajectory in a projection, at the same scale along both axes, with leaves seen as strokes
+/// along their width, and the marks of starting points and joints.
+fn view(path: &FallPath, area: &Area, caption: &str, flat: impl Fn(Vec3) -> Vec2) -> Result<()> {
+    let points: Vec<Vec2> = path.positions().iter().map(|&p| flat(p)).collect();
+    let (mut chart, half) = even_axes(area, caption, points.iter().copied())?;
     chart
         .configure_mesh()
         .light_line_style(WHITE)

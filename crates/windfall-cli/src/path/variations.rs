@@ -1,6 +1,6 @@
 //! Many leaves on one path, each falling its own way (VB 2008, Figure 3).
 
-use super::plot::failed;
+use super::plot::{Area, even_axes, failed};
 use anyhow::{Result, bail};
 use plotters::prelude::*;
 use windfall_core::forest::Terrain;
@@ -63,27 +63,12 @@ pub fn draw(path: &FallPath, count: u32, drop: f32, paper: Option<u16>) -> Resul
 
 fn view(
     lines: &[Vec<Vec3>],
-    area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
+    area: &Area<'_>,
     caption: &str,
-    flat: impl Fn(Vec3) -> Vec2,
+    flat: impl Fn(Vec3) -> Vec2 + Clone,
 ) -> Result<()> {
-    let all = || lines.iter().flatten().map(|&p| flat(p));
-    let low = all().reduce(Vec2::min).unwrap_or_default();
-    let high = all().reduce(Vec2::max).unwrap_or_default();
-    let (w, h) = area.dim_in_pixel();
-    let room = Vec2::new(w as f32 - 80.0, h as f32 - 90.0);
-    let scale = ((high - low) * 1.1 / room).max_element().max(1e-6);
-    let (middle, half) = ((low + high) * 0.5, room * scale * 0.5);
-    let mut chart = ChartBuilder::on(area)
-        .caption(caption, ("sans-serif", 15))
-        .margin(10)
-        .x_label_area_size(30)
-        .y_label_area_size(50)
-        .build_cartesian_2d(
-            middle.x - half.x..middle.x + half.x,
-            middle.y - half.y..middle.y + half.y,
-        )
-        .map_err(failed)?;
+    let all = lines.iter().flatten().map(|&p| flat(p));
+    let (mut chart, _) = even_axes(area, caption, all)?;
     chart.configure_mesh().light_line_style(WHITE).draw().map_err(failed)?;
     for (i, line) in lines.iter().enumerate() {
         let color = Palette99::pick(i);

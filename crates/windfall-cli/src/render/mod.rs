@@ -6,7 +6,8 @@ use crate::falling::{FallArgs, read_paths};
 use crate::framing;
 use crate::linear::Linear;
 use crate::output::{Film, Output};
-use crate::reading::{ReadArgs, Switch, parse_switch, print_notes};
+use crate::planting::{PlantArgs, ThrowArgs, read_tree};
+use crate::reading::{Switch, parse_switch};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use pictures::{FrameReport, Pictures};
@@ -15,14 +16,10 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
-use windfall_core::tree::Tree;
 use windfall_gpu::{DebugView, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
-use windfall_scenes::{
-    CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy, TreeEntry,
-};
-use windfall_tree::Species;
+use windfall_scenes::{CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy};
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
@@ -31,26 +28,10 @@ pub struct Args {
     /// A scene file (.ron), or the name of a built-in scene
     #[arg(value_name = "SCENE", default_value = windfall_scenes::NAMES[0])]
     scene: String,
-    /// Plant this instead of the scene's trees: a .glb or .gltf file, or a species; may be given
-    /// again
-    #[arg(long = "tree", value_name = "FILE|SPECIES")]
-    tree: Vec<String>,
-    /// Number of trees
-    #[arg(long, value_name = "N")]
-    trees: Option<u32>,
     #[command(flatten)]
-    read: ReadArgs,
-    /// What is wood in the --tree files: as for --leaves
-    #[arg(long, value_name = "NAME|N", requires = "tree")]
-    wood: Vec<String>,
-    /// Species whose autumn colours the leaves of the --tree files take
-    #[arg(long, value_name = "SPECIES", requires = "tree")]
-    palette: Option<String>,
+    plant: PlantArgs,
     #[command(flatten)]
     fall: FallArgs,
-    /// Phase of autumn, 0 late summer to 1 bare
-    #[arg(long, value_name = "PHASE")]
-    season: Option<f32>,
     /// Camera in place of the scene's: eye and target as X,HEIGHT,Z in metres, heights above the ground there, and
     /// vertical field of view in degrees
     #[arg(long, num_args = 3, value_names = ["EYE", "TARGET", "FOV"], allow_hyphen_values = true)]
@@ -67,9 +48,6 @@ pub struct Args {
     /// Frames per second
     #[arg(long, value_name = "N")]
     fps: Option<f32>,
-    /// Key of everything random
-    #[arg(long, value_name = "N")]
-    seed: Option<u32>,
     /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer or compute
     #[arg(long, value_name = "NAME")]
     strategy: Option<Strategy>,
@@ -89,12 +67,8 @@ pub struct Args {
     /// Equirectangular picture of the sky, .hdr or .exr, as background and ambient light
     #[arg(long, value_name = "FILE")]
     sky: Option<String>,
-    /// Let this many leaves fall each second, from time 0 on
-    #[arg(long, value_name = "N")]
-    throw_rate: Option<f32>,
-    /// Keep about this many leaves in the air
-    #[arg(long, value_name = "N", conflicts_with = "throw_rate")]
-    falling: Option<u32>,
+    #[command(flatten)]
+    throw: ThrowArgs,
     /// Share of its size at which a tree is drawn with half of its leaves, 0 (all) to 0.99
     #[arg(long, value_name = "SHARE")]
     h: Option<f32>,
@@ -193,7 +167,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Source::Species(_) => None,
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
-    let framed = !args.tree.is_empty() && args.camera.is_empty();
+    let framed = !args.plant.tree.is_empty() && args.camera.is_empty();
     if framed {
         framing::fit_to_trees(&mut scene, &read);
     }
@@ -204,15 +178,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     stage.check(&name)?;
     notes.extend(read_paths(&scene, &folder, &mut stage)?);
-    if let Some(rate) = args.throw_rate {
-        if !(rate > 0.0 && rate.is_finite()) {
-            bail!("--throw-rate {rate}: is not above 0");
-        }
-        stage.throw(rate, 0.0);
-    }
-    if let Some(count) = args.falling {
-        stage.keep_falling(count);
-    }
+    args.throw.apply(&mut stage)?;
     let sky = scene
         .sky
         .picture
@@ -287,62 +253,13 @@ pub(crate) fn read_scene(name: &str) -> anyhow::Result<(Scene, PathBuf, String)>
     Ok((Scene::from_ron(&text, name)?, folder, name.to_owned()))
 }
 
-/// Reads a tree; its notes go to stderr and to `notes`.
-pub(crate) fn read_tree(
-    folder: &Path,
-    file: &str,
-    entry: &TreeEntry,
-    notes: &mut Vec<Note>,
-) -> anyhow::Result<Tree> {
-    let read = windfall_host::tree::read(&folder.join(file), &entry.import_options())?;
-    print_notes(&read.notes);
-    notes.extend(read.notes);
-    Ok(read.tree)
-}
-
-/// What `--tree` names: a species, or a file.
-pub(crate) fn tree_entry(
-    name: &str,
-    read: &ReadArgs,
-    wood: &[String],
-    palette: Option<&str>,
-) -> anyhow::Result<TreeEntry> {
-    let source = if name.parse::<Species>().is_ok() {
-        Source::Species(name.to_owned())
-    } else {
-        // Relative to where the user stands, whatever folder the scene is in.
-        let path = std::path::absolute(name).with_context(|| format!("--tree {name}"))?;
-        Source::File(path.to_str().with_context(|| format!("--tree {name}: not UTF-8"))?.into())
-    };
-    Ok(TreeEntry {
-        height: read.height,
-        node: read.node.clone(),
-        leaves: read.leaves.clone(),
-        wood: wood.to_vec(),
-        up: read.up.into(),
-        unit: read.unit,
-        ground: read.ground,
-        vertex_colors: read.vertex_colors,
-        palette: palette.map(str::to_owned),
-        ..TreeEntry::new(source)
-    })
-}
-
 impl Args {
     /// The scene with what the command line says instead.
     fn apply(&self, mut scene: Scene, file: &str) -> anyhow::Result<Scene> {
-        if !self.tree.is_empty() {
-            let palette = self.palette.as_deref();
-            let entry = |name: &String| tree_entry(name, &self.read, &self.wood, palette);
-            scene.trees = self.tree.iter().map(entry).collect::<Result<_, _>>()?;
-            scene.spacing = None;
-        }
-        scene.count = self.trees.unwrap_or(scene.count);
-        scene.season = self.season.unwrap_or(scene.season);
+        self.plant.apply(&mut scene)?;
         scene.size = self.size.unwrap_or(scene.size);
         scene.time = self.time.unwrap_or(scene.time);
         scene.fps = self.fps.unwrap_or(scene.fps);
-        scene.seed = self.seed.unwrap_or(scene.seed);
         scene.strategy = self.strategy.unwrap_or(scene.strategy);
         scene.quality = self.quality.unwrap_or(scene.quality);
         if let Some(sky) = &self.sky {

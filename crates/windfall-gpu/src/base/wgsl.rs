@@ -6,6 +6,7 @@ use crate::base::shared::{
 };
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
+use windfall_core::path::Edition;
 use windfall_core::simplify::{LIT_AT_VERTICES, SHADE_SPREAD, SIMPLE_BELOW};
 
 /// Shared functions, by what they are of. A module that uses tables declares them itself.
@@ -69,8 +70,14 @@ pub fn compose(settings: &Settings, sources: &[&str]) -> String {
          const SAMPLES: u32 = {}u;\n",
         settings.samples,
     );
+    let factors = |name: &str, edition: Edition| {
+        let [turn, size, start] = edition.factors();
+        format!("const {name} = vec3<f32>({turn:?}, {size:?}, {start:?});\n")
+    };
+    let papers = factors("PAPER_2007", Edition::Of2007) + &factors("PAPER_2008", Edition::Of2008);
     let constants = [
         numbers,
+        papers,
         crate::base::constants::effects(),
         crate::base::constants::debug_views(),
         crate::base::constants::numbers(),

@@ -1,7 +1,7 @@
 //! What looks wrong about a tree that was read, and what of its file was not used.
 
 use super::container::{is_read, way_out};
-use super::scene::listed;
+use super::name::listed;
 use super::sort::{Found, Use};
 use super::{Part, Reader};
 use glam::Vec3;

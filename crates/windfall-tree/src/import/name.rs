@@ -4,6 +4,8 @@ use unicode_normalization::UnicodeNormalization;
 
 /// Longest name that a message prints, letters.
 const LONGEST: usize = 60;
+/// Nodes that a message lists before it only counts them.
+const MOST_LISTED: usize = 40;
 
 /// A name as it reads: composed, so that a letter and its accent are one.
 pub(super) fn composed(name: &str) -> String {
@@ -75,6 +77,15 @@ pub(super) fn level(name: &str) -> Option<(String, u32)> {
         }
     }
     None
+}
+
+/// The first of some things, and how many more there are.
+pub(super) fn listed(all: &[String]) -> String {
+    let some = all.iter().take(MOST_LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match all.len().saturating_sub(MOST_LISTED) {
+        0 => some,
+        more => format!("{some} and {more} more"),
+    }
 }
 
 #[cfg(test)]

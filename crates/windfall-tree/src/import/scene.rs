@@ -1,16 +1,13 @@
 //! The nodes of a document: what is drawn, where, and which of it is asked for.
 
 use super::document::{Instancing, Node};
-use super::name::{key, label, level, quoted};
+use super::name::{key, label, level, listed, quoted};
 use super::sort::Found;
 use super::{ImportOptions, MOST_PRIMITIVES, MOST_TRIANGLES, Reader, Up, primitive};
 use glam::{DMat4, DQuat, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 use windfall_core::InputErrorKind::{Empty, Malformed, Missing, OutOfRange};
 use windfall_core::{InputError, NoteCode};
-
-/// Nodes that a message lists before it only counts them.
-const MOST_LISTED: usize = 40;
 
 /// A node on its way to be drawn: its index, the transform of its parent, and who names it.
 type Step = (usize, DMat4, String);
@@ -297,14 +294,5 @@ fn rotation(xyzw: [f64; 4]) -> DQuat {
         rotation.normalize()
     } else {
         DQuat::IDENTITY
-    }
-}
-
-/// The first of some things, and how many more there are.
-pub(super) fn listed(all: &[String]) -> String {
-    let some = all.iter().take(MOST_LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
-    match all.len().saturating_sub(MOST_LISTED) {
-        0 => some,
-        more => format!("{some} and {more} more"),
     }
 }

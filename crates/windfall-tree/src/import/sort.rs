@@ -1,7 +1,7 @@
 //! Which primitives are leaves, which are wood, and which are left out.
 
 use super::document::Primitive;
-use super::name::{key, quoted, words};
+use super::name::{key, listed, quoted, words};
 use super::{ImportOptions, Reader};
 use glam::DMat4;
 use std::collections::BTreeSet;
@@ -129,7 +129,7 @@ pub(super) fn sort(
             }
         }
         if !left_out.is_empty() {
-            let message = format!("neither leaves nor wood: {}", super::scene::listed(&left_out));
+            let message = format!("neither leaves nor wood: {}", listed(&left_out));
             reader.note(NoteCode::PrimitiveLeftOut, "", message);
         }
     } else {

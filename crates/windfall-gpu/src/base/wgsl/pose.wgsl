@@ -172,13 +172,17 @@ fn positive_mod(a: f32, b: f32) -> f32 {
     return a - b * floor(a / b);
 }
 
+// Factors of rotation, scale and starting point: windfall_core::path::Edition.
+fn paper_factors() -> vec3<f32> {
+    return select(PAPER_2008, PAPER_2007, fall.paper_variation == 2u);
+}
+
 // Draws a leaf's variant.
 fn draw_variant(seed: u32, path_group: u32, origin: vec3<f32>) -> u32 {
     let flights = table(fall.group_table + path_group); // first, how many, of those plain
     if fall.paper_variation != 0u {
-        let factor = select(37.0, 317.0, fall.paper_variation == 2u);
         let starts = max(flights.z, 2u) - 1u;
-        let start = pick(positive_mod(origin.y * origin.x * factor, f32(starts)) / f32(starts), starts);
+        let start = pick(positive_mod(origin.y * origin.x * paper_factors().z, f32(starts)) / f32(starts), starts);
         return flights.x + min(start, flights.z - 1u);
     }
     return (flights.x + pick(unit(hash(seed, 1u)), flights.y)) | (hash(seed, 2u) << 14u);
@@ -192,13 +196,11 @@ fn variant_of(word: u32, origin: vec3<f32>) -> Variant {
     out.scale = vec2(fall.scale_low + (fall.scale_high - fall.scale_low) * steps.x);
     out.rate = fall.rate_low + (fall.rate_high - fall.rate_low) * steps.y;
     if fall.paper_variation != 0u {
-        let of_2007 = fall.paper_variation == 2u;
-        let turn = select(37.0, 17.0, of_2007);
-        let size = select(1.0, 3.0, of_2007);
-        out.yaw = fixed_turns(positive_mod(origin.x * origin.y * origin.z * turn, 360.0) / 360.0);
+        let factors = paper_factors();
+        out.yaw = fixed_turns(positive_mod(origin.x * origin.y * origin.z * factors.x, 360.0) / 360.0);
         out.scale = vec2(
-            positive_mod(origin.z * origin.y * size, 3.0),
-            positive_mod(origin.x * origin.y * size, 3.0),
+            positive_mod(origin.z * origin.y * factors.y, 3.0),
+            positive_mod(origin.x * origin.y * factors.y, 3.0),
         );
         out.rate = 1.0;
     }
