@@ -1,9 +1,8 @@
 //! The frame: its passes in order, and nothing else.
 
-use crate::base::constants::{CASCADES, DebugView, VIEWS};
+use crate::base::constants::{CASCADES, DebugView, VIEWS, WOOD};
 use crate::base::shared::{Frame, SkyUniform};
 use crate::base::timing::{TimedPass, Timing};
-use crate::pass::leaves::LeafStyle;
 use crate::renderer::{DepthPasses, Renderer};
 use crate::scene::falls::Counter;
 use crate::scene::forest::{Forest, ForestBuffers, ForestError, Moment};
@@ -446,15 +445,13 @@ impl Renderer {
         lists: &ViewBuffers,
         view: &View,
     ) {
-        let style =
-            LeafStyle { fade: view.detail.fade.by, pixel_lighting: view.quality.pixel_lighting };
         if !view.show.leaves_alone() {
             pass.part("wood", |pass| {
-                self.color.wood.draw(pass, buffers, (&lists.lists, VIEWS as usize));
+                self.color.wood.draw(pass, buffers, (&lists.lists, (WOOD * VIEWS) as usize));
             });
         }
         pass.part("leaves", |pass| {
-            self.color.leaves.draw(pass, buffers, (&lists.lists, 0), style);
+            self.color.leaves.draw(pass, buffers, (&lists.lists, 0), view.detail.fade.by);
             if let Some(quads) = lists.quads.as_ref().filter(|_| opaque(view)) {
                 self.color.quads.draw(pass, quads);
             }
@@ -524,9 +521,8 @@ fn depth(
     view: usize,
     fade: FadeBy,
 ) {
-    passes.wood.draw(pass, buffers, (&lists.lists, VIEWS as usize + view));
-    let style = LeafStyle { fade, pixel_lighting: true };
-    passes.leaves.draw(pass, buffers, (&lists.lists, view), style);
+    passes.wood.draw(pass, buffers, (&lists.lists, (WOOD * VIEWS) as usize + view));
+    passes.leaves.draw(pass, buffers, (&lists.lists, view), fade);
 }
 
 impl Moment {

@@ -4,7 +4,7 @@ use crate::scenery::{clip_from_world, pixels, stage};
 use glam::{DVec3, Quat, Vec3};
 use windfall_core::foliage::{Foliage, Holes};
 use windfall_core::forest::{Forest, Frustum, Instance, Placement, Terrain};
-use windfall_core::simplify::{Growth, Level, Reduction, Seen, Simplification};
+use windfall_core::simplify::{Growth, LeafForm, Level, Reduction, Seen, Simplification};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Quality, View};
 use windfall_scenes::Stage;
@@ -116,7 +116,7 @@ pub fn visible_trees(
 
 /// All trees of a stage, in view or not: indices of the instances, and how they would be seen.
 pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> {
-    let models: Vec<(Vec3, f32, f32, f32, Holes)> = stage
+    let models: Vec<(Vec3, f32, f32, [f32; 2], f32, Holes)> = stage
         .trees
         .iter()
         .map(|tree| {
@@ -124,14 +124,16 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
             let foliage = &tree.foliage;
             let radius = (high - low).length() * 0.5;
             let (length, side) = (foliage.leaf_length(), foliage.leaf_side());
-            ((low + high) * 0.5, radius, length, side, foliage.holes())
+            let lengths = foliage.leaf_lengths();
+            ((low + high) * 0.5, radius, length, lengths, side, foliage.holes())
         })
         .collect();
     let (eye, pixels) = (view.camera.eye.as_vec3(), pixels(&view.camera, height));
     let instances = stage.forest.instances.iter().enumerate();
     instances
         .map(|(i, instance)| {
-            let (center, radius, leaf_length, leaf_side, holes) = models[instance.model as usize];
+            let (center, radius, leaf_length, leaf_lengths, leaf_side, holes) =
+                models[instance.model as usize];
             let center = instance.world_from_tree(center);
             let foliage = &stage.trees[instance.model as usize].foliage;
             let seen = Seen {
@@ -139,6 +141,7 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
                 pixels,
                 radius: radius * instance.scale,
                 leaf_length: leaf_length * instance.scale,
+                leaf_lengths: leaf_lengths.map(|length| length * instance.scale),
                 leaf_side: leaf_side * instance.scale,
                 holes,
                 visibility: foliage.visibility,
@@ -146,6 +149,12 @@ pub fn all_trees(stage: &Stage, view: &View, height: u32) -> Vec<(usize, Seen)> 
             (i, seen)
         })
         .collect()
+}
+
+/// The form of a leaf of mean length in the middle of a tree.
+pub fn mean_form(detail: &Simplification, level: &Level, seen: &Seen) -> LeafForm {
+    let pixels = seen.leaf_length * level.growth * seen.pixels / seen.distance.max(1e-3);
+    detail.leaf_form(pixels, true)
 }
 
 /// Vertices of the trees in a view, unsimplified.
@@ -203,7 +212,7 @@ impl LeafMesh {
                     continue;
                 }
                 leaves += 1;
-                let far = view.detail.simple(&level, &seen);
+                let far = mean_form(&view.detail, &level, &seen) == LeafForm::Simple;
                 let simple = foliage.simple_shapes[leaf.shape as usize].as_ref();
                 let shape = &foliage.shapes[leaf.shape as usize];
                 let shape = simple.filter(|_| far).unwrap_or(shape);

@@ -178,6 +178,16 @@ impl Foliage {
         self.mean(|leaf| 2.0 * leaf.scale * self.shapes[leaf.shape as usize].radius())
     }
 
+    /// Lengths of the shortest and of the longest leaf, metres; 0 without leaves.
+    pub fn leaf_lengths(&self) -> [f32; 2] {
+        let radii: Vec<f32> = self.shapes.iter().map(LeafShape::radius).collect();
+        let lengths = self.leaves.iter().map(|leaf| 2.0 * leaf.scale * radii[leaf.shape as usize]);
+        let [low, high] = lengths.fold([f32::INFINITY, 0.0], |[low, high]: [f32; 2], length| {
+            [low.min(length), high.max(length)]
+        });
+        [low.min(high), high]
+    }
+
     /// Side of a square with a leaf's mean projected area, holes included, metres: half of the leaf's area, as for
     /// normals uniform over the sphere.
     pub fn leaf_side(&self) -> f32 {
@@ -293,6 +303,9 @@ mod tests {
         assert!((foliage.leaf_side() - 1.25f32.sqrt()).abs() < 1e-6);
         assert!((foliage.leaf_length() - 1.5 * 2f32.sqrt()).abs() < 1e-6);
         assert_eq!([Foliage::default().leaf_side(), Foliage::default().leaf_length()], [0.0; 2]);
+        let [short, long] = foliage.leaf_lengths();
+        assert!(short < foliage.leaf_length() && foliage.leaf_length() < long);
+        assert_eq!(Foliage::default().leaf_lengths(), [0.0; 2]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The level of detail of one tree: equations 1 to 6.
 
-use super::{FadeRange, LIT_AT_VERTICES, Reduction, SIMPLE_BELOW, Simplification};
+use super::{FadeRange, Reduction, Simplification};
 use crate::foliage::Visibility;
 use crate::material::Holes;
 
@@ -34,8 +34,10 @@ pub struct Seen {
     pub pixels: f32,
     /// Radius of the tree's bounding sphere, metres.
     pub radius: f32,
-    /// Length of a leaf of the tree, metres.
+    /// Mean length of a leaf of the tree, metres.
     pub leaf_length: f32,
+    /// Lengths of its shortest and its longest leaf, metres.
+    pub leaf_lengths: [f32; 2],
     /// Side of a square with a leaf's mean projected area, metres ([`Foliage::leaf_side`]).
     ///
     /// [`Foliage::leaf_side`]: crate::foliage::Foliage::leaf_side
@@ -92,14 +94,14 @@ impl Simplification {
         self.wood_pixels * seen.distance / seen.pixels
     }
 
-    /// Whether the leaves of a tree that is seen so are drawn in few triangles: even the nearest.
-    pub fn simple(&self, level: &Level, seen: &Seen) -> bool {
-        self.drawn(level) <= SIMPLE_BELOW || largest(level, seen) < self.leaf_pixels
-    }
-
-    /// Whether leaves with outlines are lit at their vertices, not in each pixel: even the nearest.
-    pub fn lit_at_vertices(&self, level: &Level, seen: &Seen) -> bool {
-        largest(level, seen) < LIT_AT_VERTICES * self.leaf_pixels
+    /// Bounds of the lengths in the picture of the leaves of a tree that is seen so, pixels: of the shortest at its
+    /// far side, 0 while it fades, and of the longest at its near side.
+    pub fn leaf_range(&self, level: &Level, seen: &Seen) -> [f32; 2] {
+        let far = seen.distance + seen.radius;
+        let near = (seen.distance - seen.radius).max(1e-3);
+        let pixels = level.growth * seen.pixels;
+        let shortest = if level.lambda < 1.0 { 0.0 } else { seen.leaf_lengths[0] };
+        [shortest * pixels / far.max(1e-3), seen.leaf_lengths[1] * pixels / near]
     }
 
     /// `R` for a level of detail.
@@ -167,12 +169,6 @@ pub fn variance_left(side: f32) -> f32 {
     along * along
 }
 
-/// Length in the picture of the nearest leaf of a tree, pixels.
-fn largest(level: &Level, seen: &Seen) -> f32 {
-    let nearest = (seen.distance - seen.radius).max(1e-3);
-    seen.leaf_length * level.growth * seen.pixels / nearest
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Fade, Growth};
@@ -185,6 +181,7 @@ mod tests {
             pixels: 600.0,
             radius: 5.0,
             leaf_length: 0.08,
+            leaf_lengths: [0.04, 0.1],
             leaf_side: 0.03,
             holes: Holes::NONE,
             visibility,
@@ -210,21 +207,16 @@ mod tests {
     }
 
     #[test]
-    fn leaves_are_simple_where_the_nearest_is_small_or_few_are_left() {
-        // 48 m²/s of leaf and screen, a crown of 5 m: ten pixels long 4.8 m before the crown.
-        let full = Simplification { h: 0.0, leaf_pixels: 10.0, ..Simplification::default() };
-        for (distance, simple) in [(9.7, false), (9.9, true), (4.0, false), (0.0, false)] {
-            assert_eq!(full.simple(&Level::FULL, &seen(distance)), simple, "{distance}");
-        }
-        let outlines = Simplification { leaf_pixels: 0.0, ..full };
-        assert!(!outlines.simple(&Level::FULL, &seen(1e4)));
-        let few = Level { lambda: 0.5, ..Level::FULL };
-        assert!(outlines.simple(&few, &seen(2.0)));
-        // 25 pixels: 1.92 m before it.
-        for (distance, lit) in [(6.8, false), (7.0, true), (9.9, true)] {
-            assert_eq!(full.lit_at_vertices(&Level::FULL, &seen(distance)), lit, "{distance}");
-        }
-        assert!(!outlines.lit_at_vertices(&Level::FULL, &seen(1e4)));
+    fn the_lengths_of_leaves_are_bounded_by_the_crown() {
+        // 600 pixels a metre at one metre, a crown of 5 m, leaves of 4 to 10 cm.
+        let full = Simplification { h: 0.0, ..Simplification::default() };
+        let [low, high] = full.leaf_range(&Level::FULL, &seen(15.0));
+        assert!((low - 0.04 * 600.0 / 20.0).abs() < 1e-4 && (high - 6.0).abs() < 1e-4);
+        // Grown by half; some that fade are as small as they like.
+        let grown = Level { lambda: 0.5, growth: 1.5, ..Level::FULL };
+        let [low, high] = full.leaf_range(&grown, &seen(15.0));
+        assert!(low == 0.0 && (high - 9.0).abs() < 1e-4);
+        assert!(full.leaf_range(&Level::FULL, &seen(1.0))[1] > 1e4);
     }
 
     #[test]

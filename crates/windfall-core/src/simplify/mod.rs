@@ -15,7 +15,7 @@ pub use crate::foliage::{Shading, Visibility, area_scale, share_for};
 pub use budget::FrameBudget;
 pub use level::{Level, Seen, contrast, variance_left};
 pub use order::{PruneOrder, UnknownPruneOrder};
-pub use shape::{LIT_AT_VERTICES, SHADE_SPREAD, SIMPLE_BELOW, as_quad};
+pub use shape::{LIT_AT_VERTICES, LeafForm, SHADE_SPREAD, as_quad};
 pub use wood::{Branch, WOOD_FADE, WoodLevel};
 
 use serde::{Deserialize, Serialize};
@@ -52,10 +52,9 @@ pub struct Simplification {
     /// the wood as it is. Branches thinner than twice that are drawn as wide, and fewer
     /// ([`Branch::widening`]): at half a pixel no change is seen.
     pub wood_pixels: f32,
-    /// Length in the picture below which leaves are drawn in two triangles and lit once, pixels; 0 keeps
-    /// the outlines of trees in full at any distance. It is the nearest leaf of a tree that counts. Trees of
-    /// which a smaller share than [`SIMPLE_BELOW`] is drawn have such leaves however large. Up to
-    /// [`LIT_AT_VERTICES`] times the length outlines are lit at their vertices only. Safe: 6 to 10.
+    /// Length in the picture, as it is drawn, below which a leaf is drawn in two triangles and lit once, pixels; up
+    /// to [`LIT_AT_VERTICES`] times the length its outline is lit at its vertices, beyond in each pixel
+    /// ([`LeafForm`]). 0 draws all outlines, lit in pixels, at any distance. Safe: 6 to 10.
     pub leaf_pixels: f32,
 }
 

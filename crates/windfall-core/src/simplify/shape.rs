@@ -1,14 +1,41 @@
-//! When leaves are drawn with simple shapes, and how two triangles become a quad.
+//! The form that a leaf is drawn in, and how two triangles become a quad.
 
+use super::Simplification;
 use crate::foliage::LeafShape;
 
-/// Trees drawn with a smaller share of their leaves than this, fading ones included, use simple shapes at any size:
-/// `2^-1/4`, the first step between LOD bins.
-pub const SIMPLE_BELOW: f32 = 0.840_896_4;
-
-/// Leaves are lit at their vertices up to this many times [`super::Simplification::leaf_pixels`]: at 25 pixels only
+/// Leaves are lit at their vertices up to this many times [`Simplification::leaf_pixels`]: at 25 pixels only
 /// veins and blotches are lost.
 pub const LIT_AT_VERTICES: f32 = 2.5;
+
+/// The form that a leaf is drawn in. It follows from the leaf's own length in the picture as it is drawn, grown and
+/// faded, and from nothing that the leaves of a tree have in common: so leaves change form one by one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LeafForm {
+    /// Its outline, lit in each pixel.
+    Pixels,
+    /// Its outline, lit at its vertices.
+    Outline,
+    /// Two triangles, lit once.
+    Simple,
+}
+
+impl Simplification {
+    /// The form of a leaf that is `pixels` long in the picture; `lit_in_pixels` is whether any is lit in each pixel.
+    pub fn leaf_form(&self, pixels: f32, lit_in_pixels: bool) -> LeafForm {
+        if pixels < self.leaf_pixels {
+            LeafForm::Simple
+        } else if pixels < self.lit_leaf_pixels(lit_in_pixels) {
+            LeafForm::Outline
+        } else {
+            LeafForm::Pixels
+        }
+    }
+
+    /// Length from which on leaves are lit in each pixel, pixels; infinite if none is.
+    pub fn lit_leaf_pixels(&self, lit_in_pixels: bool) -> f32 {
+        if lit_in_pixels { LIT_AT_VERTICES * self.leaf_pixels } else { f32::INFINITY }
+    }
+}
 
 /// Distance from a simplified leaf's centre at which its shadow is sampled, relative to the distance of its corners.
 /// A survivor stands for many leaves, so it takes the mean shadow of a larger part of the crown.
@@ -44,6 +71,19 @@ pub fn as_quad(shape: &LeafShape) -> Option<LeafShape> {
 mod tests {
     use super::*;
     use glam::{Vec2, Vec3};
+
+    #[test]
+    fn the_form_of_a_leaf_follows_from_its_length() {
+        let detail = Simplification { leaf_pixels: 8.0, ..Simplification::DEFAULT };
+        let form = |pixels| detail.leaf_form(pixels, true);
+        assert_eq!([7.9, 8.0, 19.9].map(form), [
+            LeafForm::Simple,
+            LeafForm::Outline,
+            LeafForm::Outline
+        ]);
+        assert_eq!((form(20.0), detail.leaf_form(20.0, false)), (LeafForm::Pixels, LeafForm::Outline));
+        assert_eq!(Simplification::NONE.leaf_form(0.1, true), LeafForm::Pixels);
+    }
 
     #[test]
     fn quads_have_the_triangles_of_their_shapes() {

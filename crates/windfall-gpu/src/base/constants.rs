@@ -30,14 +30,20 @@ shared_numbers! {
     CASCADES = 3;
     /// What lists of trees are made for: the view, then the shadow maps.
     VIEWS = 1 + CASCADES;
-    /// Lists of trees: those for leaves, then those for wood.
-    LISTS = 2 * VIEWS;
-    /// LOD bins of a list of trees: the highest is that of leaves in their own shapes.
-    BUCKETS = 50;
-    /// The bin of the same that are lit at their vertices.
-    AT_VERTICES = BUCKETS - 1;
-    /// The bin of all leaves in simple shapes, the highest bound of parts.
-    WHOLE = AT_VERTICES - 1;
+    /// Kinds of lists of trees: for leaves of each form (`windfall_core::simplify::LeafForm`), then for wood.
+    KINDS = 4;
+    /// Lists of trees: those of a kind for each view, kind by kind.
+    LISTS = KINDS * VIEWS;
+    /// The kind of leaves in two triangles: what becomes of them reads the list of the view, the first of all.
+    SIMPLE = 0;
+    /// The kind of outlines that are lit at their vertices.
+    OUTLINES = 1;
+    /// The kind of outlines that are lit in each pixel.
+    PIXELS = 2;
+    /// The kind of wood.
+    WOOD = 3;
+    /// LOD bins of a list of trees: the highest is that of trees with all of their leaves.
+    BUCKETS = 48;
     /// Trees of a block, and threads of most workgroups.
     BLOCK = 64;
     /// Most levels of wood.

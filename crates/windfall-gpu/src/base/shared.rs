@@ -187,6 +187,14 @@ gpu_struct! {
         pub orthographic: u32,
         /// 1 where depth in the shadow maps is 1 nearest to the sun.
         pub shadow_reversed: u32,
+        /// Pixels that a metre covers at a distance of one metre.
+        pub pixels: f32,
+        /// `Simplification::leaf_pixels`.
+        pub leaf_pixels: f32,
+        /// `Simplification::lit_leaf_pixels`.
+        pub lit_leaf_pixels: f32,
+        /// Unused.
+        pub padding: f32,
     }
 }
 
@@ -234,7 +242,7 @@ gpu_struct! {
         /// `Growth::pixels`.
         pub growth_pixels: f32,
         /// The sum of 1 where a tree in full has no faded leaves, 2 where leaves are gone at rank λ, 4 where
-        /// the reduction is by projected area.
+        /// the reduction is by projected area, 8 where large leaves are lit in each pixel.
         pub flags: u32,
         /// `Culling` as a number.
         pub culling: u32,
@@ -248,8 +256,8 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A frame's lists of trees, and the sizes of the tables behind them. For each of `lists` there is
-    /// one for leaves, and behind those of all views one for wood.
+    /// A frame's lists of trees, and the sizes of the tables behind them. Of each of `lists` there is one of each
+    /// kind.
     pub struct CullFrame {
         /// The view, then the shadow maps.
         pub lists: [TreeList; crate::base::constants::VIEWS as usize],
@@ -290,7 +298,7 @@ gpu_struct! {
         pub radius: f32,
         /// Half the bounding box about the same centre, metres.
         pub half_size: Vec3,
-        /// Length of a leaf, metres.
+        /// Mean length of a leaf, metres.
         pub leaf_length: f32,
         /// `windfall_core::simplify::Visibility::disocclusion`.
         pub disocclusion: Vec3,
@@ -304,10 +312,10 @@ gpu_struct! {
         pub tree_first: u32,
         /// First of its draws in a list.
         pub draw_first: u32,
-        /// Its draws: of leaves, then of wood.
+        /// Its draws: of outlines, of leaves in two triangles, of wood.
         pub draw_count: u32,
-        /// Those of leaves.
-        pub leaf_draws: u32,
+        /// Lengths of the shortest and of the longest leaf, metres, as half floats.
+        pub leaf_lengths: u32,
         /// Groups of 64 places.
         pub block_count: u32,
         /// Levels of its wood, at most 16.

@@ -7,7 +7,7 @@ use crate::base::shared::{
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use windfall_core::path::Edition;
-use windfall_core::simplify::{LIT_AT_VERTICES, SHADE_SPREAD, SIMPLE_BELOW};
+use windfall_core::simplify::{LIT_AT_VERTICES, SHADE_SPREAD};
 
 /// Shared functions, by what they are of. A module that uses tables declares them itself.
 pub mod text {
@@ -64,8 +64,7 @@ pub fn compose(settings: &Settings, sources: &[&str]) -> String {
         SkyUniform::wgsl(),
     ];
     let numbers = format!(
-        "const SIMPLE_BELOW: f32 = {SIMPLE_BELOW:?};\n\
-         const LIT_AT_VERTICES: f32 = {LIT_AT_VERTICES:?};\n\
+        "const LIT_AT_VERTICES: f32 = {LIT_AT_VERTICES:?};\n\
          const SHADE_SPREAD: f32 = {SHADE_SPREAD:?};\n\
          const SAMPLES: u32 = {}u;\n",
         settings.samples,

@@ -1,5 +1,6 @@
 //! Makes the lists of trees that are drawn: which, in which detail, and the arguments of their draws.
 
+use crate::base::constants::KINDS;
 use crate::base::layouts::Layouts;
 use crate::base::wgsl::{Module, Shaders, compose, text};
 use crate::view::lists::TreeLists;
@@ -60,8 +61,7 @@ impl Cull {
         classify: &wgpu::ComputePipeline,
         views: u32,
     ) {
-        // A list for leaves and one for wood.
-        let rows = 2 * views;
+        let rows = KINDS * views;
         if lists.blocks == 0 {
             return;
         }

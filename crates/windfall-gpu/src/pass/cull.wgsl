@@ -1,14 +1,15 @@
 // Which trees are drawn, in which detail: lists in which the more detailed trees of a model come
 // first, so that each part of its leaves is drawn for a prefix of them, and each level of its wood for
-// a range. For each view there is a list for leaves, and VIEWS behind it one for wood. A stable
-// counting sort: the order of a list, and so the picture, does not depend on the order in which
+// a range. Of each kind there is a list for each view; a tree is in the list of every form that some of its leaves
+// may have. A stable counting sort: the order of a list, and so the picture, does not depend on the order in which
 // threads run.
 
 @group(1) @binding(0) var<uniform> cull: CullFrame;
 @group(1) @binding(1) var<uniform> fall: FallFrame;
 @group(1) @binding(2) var<storage, read> trees: array<TreeRecord>;
 @group(1) @binding(3) var<storage, read> models: array<Model>;
-// For each draw: lowest and highest bucket of its trees, indices, first index.
+// For each draw: lowest bucket of its trees in the lower byte, highest in the next, kind in the third; unused;
+// indices; first index.
 @group(1) @binding(4) var<storage, read> draws: array<vec4<u32>>;
 // For each list and place: the tree's bucket in the lower 8 bits (0: not drawn), whether the pyramid
 // hides it, and its rank among those of its bucket in its block.
@@ -132,9 +133,10 @@ fn bound(x: f32, z: f32, radius: f32, side: f32) -> f32 {
     return (x * tangent + side * z * radius) / max(z * tangent - side * x * radius, 1e-9);
 }
 
-// The list that a row of workgroups makes: leaves of each view, then wood of each view.
+// The list that a row of workgroups makes: a kind after the other, of each view.
 fn list_of(row: u32, rows: u32) -> u32 {
-    return select(row, row - rows / 2u + VIEWS, row >= rows / 2u);
+    let views = rows / KINDS;
+    return row / views * VIEWS + row % views;
 }
 
 // How far wood may be from its place, metres of the tree.
@@ -152,20 +154,26 @@ fn wood_bucket(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> u
     return BUCKETS + 1u - level;
 }
 
+// A tree's bucket in a list, 0 if it is not in it.
 fn key_of(list_index: u32, list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> u32 {
-    if list_index >= VIEWS {
+    let kind = list_index / VIEWS;
+    if kind == WOOD {
         return wood_bucket(list, crown, scale, center);
     }
     let level = tree_level(list, crown, scale, center);
-    if simple_leaves(list, crown, level, scale, center) {
-        return bucket_of(fade_end(list, level));
+    let range = leaf_range(list, crown, level, scale, center);
+    let lit = lit_leaf_pixels(list);
+    var some = range.x < list.leaf_pixels;
+    if kind == PIXELS {
+        some = range.y >= lit;
+    } else if kind == OUTLINES {
+        some = range.y >= list.leaf_pixels && range.x < lit;
     }
-    let at_vertices = largest_leaf(list, crown, level, scale, center) < LIT_AT_VERTICES * list.leaf_pixels;
-    return select(BUCKETS, AT_VERTICES, at_vertices);
+    return select(0u, bucket_of(fade_end(list, level)), some);
 }
 
 fn bucket_of(drawn: f32) -> u32 {
-    return u32(clamp(f32(WHOLE) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(WHOLE)));
+    return u32(clamp(f32(BUCKETS) + ceil(OCTAVE * log2(max(drawn, 1e-9))), 1.0, f32(BUCKETS)));
 }
 
 var<workgroup> block_keys: array<u32, BLOCK>;
@@ -294,12 +302,13 @@ fn prefix_sum(
     var triangles = 0u;
     for (var i = local; i < crown.draw_count; i += BLOCK) {
         let draw = draws[crown.draw_first + i];
-        // Draws of leaves from the lists for leaves, those of wood from the others.
-        if (i < crown.leaf_draws) != (list < VIEWS) {
+        // Outlines are drawn for two kinds.
+        let kind = list / VIEWS;
+        if draw.x >> 16u != select(kind, OUTLINES, kind == PIXELS) {
             continue;
         }
-        let begin = from_bucket[draw.y + 1u];
-        let end = from_bucket[draw.x];
+        let begin = from_bucket[((draw.x >> 8u) & 0xffu) + 1u];
+        let end = from_bucket[draw.x & 0xffu];
         let at = DRAW_WORDS * (list * cull.draw_count + crown.draw_first + i);
         atomicStore(&arguments[at], draw.z);
         atomicStore(&arguments[at + 1u], end - begin);
@@ -367,7 +376,7 @@ fn scatter(
     out.fade_end = fade_end(list, level);
     out.fade_slope = 0.5 / max(level.radius, 1e-9);
     out.growth = level.growth;
-    if list_index >= VIEWS {
+    if list_index / VIEWS == WOOD {
         out.growth = wood_error(list, tree.scale, center_of(tree, crown));
     }
     out.contrast = level.contrast;
@@ -381,7 +390,8 @@ fn scatter(
     let detached = detached_by(0.0, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
     out.detached = detached | (tree.events << 24u);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;
-    if list_index == 0u {
+    // Every tree in view is in the list of wood.
+    if list_index == WOOD * VIEWS {
         tally(0u, 1u);
         tally(1u, crown.leaf_count);
         let leaves = f32(crown.leaf_count);

@@ -13,10 +13,9 @@
 // The leaves that are drawn: those of a draw from its first slot on, its small ones from its end down.
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
 // Tallies: leaves drawn in the air, leaves drawn on the ground. Then the indirect arguments of the draws; those of
-// their small leaves; four words a stream: see `levels`.
+// their small leaves; two words a stream: see `levels`.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
-const FLIES: u32 = 1u;
 const LIES: u32 = 2u;
 
 fn arguments_at(bin: u32, small: bool) -> u32 {
@@ -24,7 +23,7 @@ fn arguments_at(bin: u32, small: bool) -> u32 {
 }
 
 fn level_at(stream: u32) -> u32 {
-    return VIEW_TALLIES + 2u * DRAW_WORDS * fall.bin_count + 4u * stream;
+    return VIEW_TALLIES + 2u * DRAW_WORDS * fall.bin_count + 2u * stream;
 }
 
 // How the tree of a stream is drawn.
@@ -34,16 +33,12 @@ struct StreamLevel {
     fade_slope: f32,
     // Factor on a leaf's length.
     growth: f32,
-    // Whether those on the tree are drawn in two triangles.
-    tree_simple: bool,
 }
 
 fn level_of(stream: u32) -> StreamLevel {
     let at = level_at(stream);
     let fade = unpack2x16float(atomicLoad(&counters[at + 1u]));
-    return StreamLevel(
-        bitcast<f32>(atomicLoad(&counters[at])), fade.x, fade.y, atomicLoad(&counters[at + 2u]) == 1u,
-    );
+    return StreamLevel(bitcast<f32>(atomicLoad(&counters[at])), fade.x, fade.y);
 }
 
 @compute @workgroup_size(BLOCK)
@@ -68,7 +63,6 @@ fn levels(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = level_at(id.x);
     atomicStore(&counters[at], bitcast<u32>(fade_end(list, level) * leaf_count));
     atomicStore(&counters[at + 1u], pack2x16float(vec2(slope, level.growth)));
-    atomicStore(&counters[at + 2u], u32(simple_leaves(list, crown, level, stream.scale, center)));
 }
 
 // A stream's leaves: see Window in falls.wgsl.
@@ -111,13 +105,11 @@ fn in_view(position: vec3<f32>, radius: f32) -> bool {
     return min(sides, dot(list.planes[4], at)) >= -radius || distance(position, list.eye) < cull.shadow_reach;
 }
 
-// Whether a leaf is so small in the picture that two triangles will do. As its tree's leaves hang, so it lets
-// go: `free` is whether it has.
-fn is_small(window: Window, level: StreamLevel, leaf: LooseLeaf, free: bool) -> bool {
+// Whether a leaf is so small in the picture that two triangles will do, as on its twig.
+fn is_small(window: Window, leaf: LooseLeaf) -> bool {
     let list = cull.lists[0];
     let length = 2.0 * window.radius * leaf.scale * list.pixels;
-    let short = length < list.leaf_pixels * distance(leaf.position, list.eye);
-    return window.simple && short && (free || level.tree_simple);
+    return window.simple && length < list.leaf_pixels * distance(leaf.position, list.eye);
 }
 
 struct Gathered {
@@ -135,7 +127,7 @@ fn gather_slot(window: Window, level: StreamLevel, at: u32) -> Gathered {
     let place = bits & 3u;
     leaf.scale = bitcast<f32>(bits & ~3u) * kept_size(window, level, select(0u, window.detached - 1u - back, held));
     let seen = held && leaf.scale > 0.0 && in_view(leaf.position, window.radius * leaf.scale);
-    return Gathered(leaf, seen, seen && is_small(window, level, leaf, place >= FLIES), place < LIES);
+    return Gathered(leaf, seen, seen && is_small(window, leaf), place < LIES);
 }
 
 // How many leaves of the workgroup are drawn in full, drawn small, and drawn in the air, small or not: ten

@@ -1,4 +1,4 @@
-// Places and lights the leaves on the twigs of far trees, a thread for each leaf.
+// Places and lights small leaves on the twigs, a thread for each leaf.
 
 // First part of the model, parts, first vertex of its quads.
 @group(2) @binding(0) var<uniform> range: vec4<u32>;
@@ -33,6 +33,13 @@ fn tree_at(place: u32) -> Tree {
     );
 }
 
+// All corners of a leaf that is not there are the same: it has no area.
+fn leave_out(quad: u32) {
+    for (var i = 0u; i < 4u; i++) {
+        quads[4u * quad + i] = vec4(0u);
+    }
+}
+
 @compute @workgroup_size(64)
 fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     let end = range.x + range.y;
@@ -58,12 +65,15 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     let leaf = leaf_vertex(first);
     let seen = leaf_seen(tree, leaf.leaf);
     if gone(leaf.leaf, leaf.material_shed & 0xffffffu, tree, seen) {
-        for (var i = 0u; i < 4u; i++) {
-            quads[4u * quad + i] = vec4(0u);
-        }
+        leave_out(quad);
         return;
     }
     let size = tree.fade_growth.z * sqrt(seen);
+    let hanging = hanging_leaf(leaf.center, leaf.bent_normal.z, size, tree);
+    if hanging.form != SIMPLE {
+        leave_out(quad);
+        return;
+    }
     // Lit once, in the mean of its corners, which have one normal.
     var corners: array<vec4<f32>, 4>;
     var middle: Varyings;
@@ -71,20 +81,14 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0u; i < 4u; i++) {
         let at = LEAF_VERTEX_WORDS * (first + i);
         let offset = size * vec3(unpack2x16float(leaf_vertices[at + 4u]), unpack2x16float(leaf_vertices[at + 5u]).x);
-        let corner = hanging_vertex(leaf.center, offset, leaf.normal.xyz, tree);
+        let corner = hanging_vertex(hanging, offset, leaf.normal.xyz, tree);
         corners[i] = corner.clip;
         middle.world += 0.25 * corner.world;
         middle.normal = corner.normal;
-        if far {
-            reach += 0.25 * far_reach(corner.world, offset, tree);
-        }
+        reach += 0.25 * spread_reach(corner.world, offset, tree);
     }
     var lit_leaf = leaf_alike(middle, leaf, tree, seen);
-    if far {
-        lit_leaf.bent_normal_reach.w = reach;
-    } else {
-        lit_leaf.world = lit_place(leaf, tree);
-    }
+    lit_leaf.bent_normal_reach.w = reach;
     let radiance = pack_radiance(radiance_at_vertex(lit_leaf));
     for (var i = 0u; i < 4u; i++) {
         quads[4u * quad + i] = quad_corner(corners[i], radiance);

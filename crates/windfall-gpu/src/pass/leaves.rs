@@ -1,13 +1,13 @@
 //! Leaves on their twigs.
 
 use super::{draw_parts, tree_instances};
+use crate::base::constants::{OUTLINES, PIXELS, SIMPLE, VIEWS};
 use crate::base::layouts::Layouts;
 use crate::base::pipeline::{Draw, Target};
 use crate::base::wgsl::{Module, Shaders, compose, text};
 use crate::scene::forest::ForestBuffers;
 use crate::scene::leaf_mesh::LeafVertex;
 use crate::scene::model::Part;
-use crate::scene::parts::WHOLE_PARTS;
 use crate::view::lists::TreeLists;
 use windfall_core::simplify::FadeBy;
 
@@ -17,32 +17,10 @@ pub const LEAVES: Module = Module {
     source: |settings| compose(settings, &[text::INSTANCE, include_str!("leaves.wgsl")]),
 };
 
-/// Pipelines of trees that are near, the second where quality has no lighting in pixels, of those less near,
-/// whose leaves are lit at their vertices, of those whose leaves are small, and of simplified trees.
+/// Pipelines by form, for leaves that fade by size and by opacity.
 pub struct Leaves {
-    near: Kinds,
-    with_midribs: Kinds,
-    at_vertices: Kinds,
-    small: Kinds,
-    by_size: Kinds,
-    by_opacity: Kinds,
-}
-
-/// Where leaves are lit.
-#[derive(Clone, Copy, PartialEq)]
-enum Lit {
-    InPixels,
-    AtVertices,
-    /// The same, large enough to have midribs.
-    WithMidribs,
-    Once,
-}
-
-impl Lit {
-    /// Whether each vertex is lit for itself.
-    fn outlines(self) -> bool {
-        matches!(self, Self::AtVertices | Self::WithMidribs)
-    }
+    by_size: [Kinds; 3],
+    by_opacity: [Kinds; 3],
 }
 
 /// Pipelines for leaves without textures, with textures, and with holes in them.
@@ -52,14 +30,8 @@ fn kind(part: &Part) -> usize {
     if part.masked { 2 } else { usize::from(part.textured) }
 }
 
-/// What leaves are drawn with.
-#[derive(Debug, Clone, Copy)]
-pub struct LeafStyle {
-    /// How they fade.
-    pub fade: FadeBy,
-    /// Whether large ones are lit in each pixel.
-    pub pixel_lighting: bool,
-}
+/// The forms of leaves: a list of trees for each.
+const FORMS: [u32; 3] = [PIXELS, OUTLINES, SIMPLE]; // nearest first
 
 impl Leaves {
     /// Pipelines for a target with colours, or one of depth alone.
@@ -69,7 +41,11 @@ impl Leaves {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &LeafVertex::ATTRIBUTES,
         };
-        let pipeline = |far: bool, lit: Lit, vertex, fragment: Option<&'static str>| {
+        let lit = target.lit();
+        let pipeline = |form: u32, plain: bool, vertex, fragment: Option<&'static str>| {
+            // Leaves with pictures are lit in pixels always.
+            let at_vertices = lit && plain && form == SIMPLE;
+            let outlines = vertex == "outline";
             shaders.pipeline(&Draw {
                 label: fragment.unwrap_or("leaf shadow"),
                 module: &LEAVES,
@@ -80,82 +56,62 @@ impl Leaves {
                 fragment,
                 target,
                 constants: &[
-                    ("far", far.into()),
-                    ("lit_at_vertices", (lit != Lit::InPixels).into()),
-                    ("outlines", lit.outlines().into()),
-                    ("midribs", (lit == Lit::WithMidribs).into()),
-                    ("lit", target.lit().into()),
+                    ("form", form.into()),
+                    ("lit_at_vertices", (at_vertices || outlines).into()),
+                    ("outlines", outlines.into()),
+                    ("reach_at_vertices", (form == SIMPLE || form == OUTLINES && !plain).into()),
+                    ("lit", lit.into()),
                 ],
             })
         };
-        let kinds = |far, vertex, solid, masked| {
-            let textured = pipeline(far, Lit::InPixels, vertex, solid);
-            let plain = if far && target.lit() {
-                pipeline(far, Lit::Once, vertex, solid)
-            } else {
-                textured.clone()
+        let kinds = |form, vertex, solid, masked| {
+            let textured = pipeline(form, false, vertex, solid);
+            let plain = match form {
+                _ if !lit => textured.clone(),
+                OUTLINES if vertex == "vertex" => {
+                    pipeline(form, true, "outline", Some("lit_outline"))
+                }
+                _ => pipeline(form, true, vertex, solid),
             };
-            [plain, textured, pipeline(far, Lit::InPixels, vertex, masked)]
+            [plain, textured, pipeline(form, false, vertex, masked)]
         };
-        if !target.lit() {
-            let near = kinds(false, "vertex", None, Some("masked_shadow"));
+        if !lit {
             let fade = Some("fade_shadow");
             return Self {
-                with_midribs: near.clone(),
-                at_vertices: near.clone(),
-                small: near.clone(),
-                near,
-                by_size: kinds(true, "vertex", None, Some("masked_shadow")),
-                by_opacity: kinds(true, "opaque_vertex", fade, fade),
+                by_size: FORMS.map(|form| kinds(form, "vertex", None, Some("masked_shadow"))),
+                by_opacity: FORMS.map(|form| kinds(form, "opaque_vertex", fade, fade)),
             };
         }
-        let near = kinds(false, "vertex", Some("solid"), Some("masked"));
-        let [with_midribs, at_vertices, small] = [Lit::WithMidribs, Lit::AtVertices, Lit::Once]
-            .map(|lit| {
-                let mut kinds = near.clone();
-                let (vertex, fragment) =
-                    if lit.outlines() { ("outline", "lit_outline") } else { ("vertex", "solid") };
-                kinds[0] = pipeline(false, lit, vertex, Some(fragment));
-                kinds
-            });
+        let (fade, masked) = (Some("solid_fade"), Some("masked_fade"));
         Self {
-            near,
-            with_midribs,
-            at_vertices,
-            small,
-            by_size: kinds(true, "vertex", Some("solid"), Some("masked")),
-            by_opacity: kinds(true, "opaque_vertex", Some("solid_fade"), Some("masked_fade")),
+            by_size: FORMS.map(|form| kinds(form, "vertex", Some("solid"), Some("masked"))),
+            by_opacity: FORMS.map(|form| kinds(form, "opaque_vertex", fade, masked)),
         }
     }
 
-    /// Draws the leaves of a list of trees.
+    /// Draws the leaves of the trees of a view, 0 for the camera's.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         forest: &ForestBuffers,
-        (lists, list): (&TreeLists, usize),
-        style: LeafStyle,
+        (lists, view): (&TreeLists, usize),
+        fade: FadeBy,
     ) {
-        let far = match style.fade {
+        let forms = match fade {
             FadeBy::Size => &self.by_size,
             FadeBy::Opacity => &self.by_opacity,
         };
-        let near = if style.pixel_lighting { &self.near } else { &self.with_midribs };
-        for (pipelines, parts) in [
-            (near, 0..1),
-            (&self.at_vertices, 1..2),
-            (&self.small, 2..WHOLE_PARTS),
-            (far, WHOLE_PARTS..u32::MAX),
-        ] {
+        for (form, pipelines) in FORMS.into_iter().zip(forms) {
+            if form == PIXELS && view > 0 {
+                continue; // shadows have no light
+            }
+            let list = (form * VIEWS) as usize + view;
             draw_parts(
                 pass,
                 forest,
                 (lists, list),
                 |model| &model.leaves,
-                |_, draws| {
-                    let at = |part: u32| draws.0.end.min(draws.0.start.saturating_add(part));
-                    at(parts.start)..at(parts.end)
-                },
+                |_, draws| if form == SIMPLE { draws.simple.clone() } else { draws.outlines.clone() },
                 |pass, model| pass.set_pipeline(&pipelines[kind(&model.leaves)]),
             );
         }

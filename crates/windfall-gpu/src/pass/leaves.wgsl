@@ -42,9 +42,8 @@ struct Outline {
     @location(1) @interpolate(flat) most_radiance: vec3<f32>,
 }
 
-// Leaves of trees that are simplified are far away: what is smaller than a pixel there is left out.
-// Settled when the pipeline is made, since software drivers run both sides of every branch.
-override far: bool = false;
+// The form that the pipeline draws: leaves of another form are left out. windfall_core::simplify::LeafForm.
+override form: u32 = PIXELS;
 // Whether the pass has colours. Shadow maps have none.
 override lit: bool = true;
 // Whether leaves are lit at their vertices: those without pictures that are not near.
@@ -52,8 +51,9 @@ override lit_at_vertices: bool = false;
 // Whether each vertex is lit for itself, and the pixels between them have what lies between; if not, a leaf is
 // lit once, as those are that are a few pixels wide.
 override outlines: bool = false;
-// Whether there is a midrib in those pixels.
-override midribs: bool = false;
+// Whether shadows are looked up at vertices, of leaves with pictures that are not near. Settled when the pipeline is
+// made, as all of these, since software drivers run both sides of every branch.
+override reach_at_vertices: bool = false;
 
 // Behind the camera: nothing of it is drawn.
 const NOWHERE = vec4<f32>(0.0, 0.0, -1.0, 1.0);
@@ -121,27 +121,44 @@ fn gone(leaf: u32, rank: u32, tree: Tree, seen: f32) -> bool {
     return seen <= 0.0 || rank < detached || thrown(tree, leaf);
 }
 
-// Where a vertex of a leaf is that hangs, with its normal: nothing of its light.
-fn hanging_vertex(center: vec3<f32>, offset: vec3<f32>, normal: vec3<f32>, tree: Tree) -> Varyings {
+// A leaf on its twig in the wind.
+struct Hanging {
+    // Its centre.
+    at: vec3<f32>,
+    // How it has turned about that.
+    turned: vec4<f32>,
+    // Its form.
+    form: u32,
+}
+
+// `drawn` is the factor on its length.
+fn hanging_leaf(center: vec3<f32>, length: f32, drawn: f32, tree: Tree) -> Hanging {
+    let rest = tree.position_scale.xyz + turn(tree, center) * tree.position_scale.w;
+    let longest = unpack2x16float(model.crown.leaf_lengths).y * tree.position_scale.w;
+    let pixels = length * longest * drawn * frame.pixels / max(distance(rest, frame.eye), 1e-3);
+    let swayed = sway_and_flutter(rest, tree.position_scale.y);
+    return Hanging(rest + swayed.moved, swayed.turned, leaf_form(pixels));
+}
+
+// The form of a leaf that is so long in the picture: windfall_core::simplify::Simplification::leaf_form.
+fn leaf_form(pixels: f32) -> u32 {
+    return select(select(PIXELS, OUTLINES, pixels < frame.lit_leaf_pixels), SIMPLE, pixels < frame.leaf_pixels);
+}
+
+// Where a vertex of it is, with its normal: nothing of its light.
+fn hanging_vertex(leaf: Hanging, offset: vec3<f32>, normal: vec3<f32>, tree: Tree) -> Varyings {
     var out: Varyings;
-    out.normal = turn(tree, normal);
-    if far {
-        out.world = world_from_far_tree(tree, center + offset);
-    } else {
-        let rest = tree.position_scale.xyz + turn(tree, center) * tree.position_scale.w;
-        let fluttered = flutter(rest, 1.0);
-        out.world = rest + sway(rest, tree.position_scale.y)
-            + turn_by(fluttered, turn(tree, offset) * tree.position_scale.w);
-        out.normal = turn_by(fluttered, out.normal);
-    }
+    out.normal = turn_by(leaf.turned, turn(tree, normal));
+    out.world = leaf.at + turn_by(leaf.turned, turn(tree, offset) * tree.position_scale.w);
     out.clip = frame.clip_from_world * vec4(out.world, 1.0);
     return out;
 }
 
-// What reaches a leaf of a far tree of the sun, at one of its vertices. Fewer leaves stand for what shades each
+// What reaches a leaf of the sun, at one of its vertices. In a simplified tree fewer leaves stand for what shades each
 // of many: each for as much of the crown about it as its corners, spread, reach.
-fn far_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
-    let about = turn(tree, offset) * (tree.position_scale.w * (SHADE_SPREAD - 1.0));
+fn spread_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
+    let spread = (SHADE_SPREAD - 1.0) * smoothstep(0.0, 0.16, 1.0 - tree.turn_season.w);
+    let about = turn(tree, offset) * (tree.position_scale.w * spread);
     return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
 }
 
@@ -180,37 +197,33 @@ fn leaf_alike(vertex: Varyings, in: LeafVertex, tree: Tree, seen: f32) -> Varyin
     return out;
 }
 
-// Where a leaf that is lit at its vertices is lit.
-fn lit_place(in: LeafVertex, tree: Tree) -> vec3<f32> {
-    let rest = tree.position_scale.xyz + turn(tree, in.center) * tree.position_scale.w;
-    return rest + sway(rest, tree.position_scale.y);
-}
-
-fn hanging(in: LeafVertex, tree: Tree, size: f32, seen: f32) -> Varyings {
+// `drawn` is the factor on the leaf's length by which it fades.
+fn hanging(in: LeafVertex, tree: Tree, drawn: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
     if gone(in.leaf, in.material_shed & 0xffffffu, tree, seen) {
         return out;
     }
-    let offset = in.offset_ambient.xyz * (tree.fade_growth.z * size);
-    out = leaf_alike(hanging_vertex(in.center, offset, in.normal.xyz, tree), in, tree, seen);
+    let size = tree.fade_growth.z * drawn;
+    let leaf = hanging_leaf(in.center, in.bent_normal.z, size, tree);
+    if leaf.form != form {
+        return out;
+    }
+    let offset = in.offset_ambient.xyz * size;
+    out = leaf_alike(hanging_vertex(leaf, offset, in.normal.xyz, tree), in, tree, seen);
     out.uv = in.uv;
     if !lit {
         return out;
     }
-    if far {
-        out.bent_normal_reach.w = far_reach(out.world, offset, tree);
+    if reach_at_vertices {
+        out.bent_normal_reach.w = spread_reach(out.world, offset, tree);
         // Of leaves that are lit once that is as much as it should be.
         if !lit_at_vertices {
             out.bent_normal_reach.w *= sunny(in, measured_factor(model.sunlight, tree.turn_season.w));
         }
     }
     if lit_at_vertices && !outlines {
-        var lit_vertex = out;
-        if !far {
-            lit_vertex.world = lit_place(in, tree);
-        }
-        out.bent_normal_reach = vec4(radiance_at_vertex(lit_vertex), 1.0);
+        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
     }
     return out;
 }
@@ -254,7 +267,7 @@ fn outline(in: LeafVertex, tree: Tree) -> Outline {
 @fragment
 fn lit_outline(in: Outline) -> @location(0) vec4<f32> {
     var radiance = clamp(in.radiance_across.rgb, vec3(0.0), in.most_radiance);
-    if midribs && frame.show != SHOW_COVERAGE {
+    if frame.show != SHOW_COVERAGE {
         let across = in.radiance_across.w;
         radiance *= midrib(abs(across), fwidth(across));
     }
@@ -357,7 +370,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     // Leaves are thin and many: what shadow maps miss between them, depth in the crown stands for.
     let openness = select(1.0, in.ambient, has(AMBIENT_OCCLUSION));
     var reach = in.bent_normal_reach.w;
-    if !far {
+    if !reach_at_vertices {
         let towards = select(-normal, normal, dot(normal, sun) >= 0.0);
         // Vertices are not at a pixel, whose noise they would have.
         let at = select(in.clip.xy, vec2(0.0), lit_at_vertices);
@@ -405,9 +418,6 @@ fn midrib(across: f32, pixel: f32) -> f32 {
 // Midrib and side veins of a built-in leaf, as wide as they may be seen; x runs across the blade, y
 // along it. Veins are paler, the blade between them darkens to its margin.
 fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
-    if far {
-        return dried(color, MEAN_MARGIN, leaf);
-    }
     let pixel = max(fwidth(uv.x), fwidth(uv.y));
     let across = abs(uv.x - 0.5);
     var shade = midrib(across, pixel);

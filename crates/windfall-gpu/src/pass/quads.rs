@@ -5,7 +5,7 @@
 //! Here a compute pass writes their corners in clip space, with their radiance, and one draw without
 //! instances takes them from there.
 
-use crate::base::constants::{BATCH, DRAW_WORDS};
+use crate::base::constants::{BATCH, DRAW_WORDS, SIMPLE};
 use crate::base::layouts::Layouts;
 use crate::base::pipeline::{Draw, Target};
 use crate::base::wgsl::{Module, Shaders, compose, text};
@@ -42,8 +42,7 @@ pub const QUADS: Module = Module {
 /// Pipelines that arrange and spread quads, whatever leaves they are of.
 pub struct Quads {
     arrange: wgpu::ComputePipeline,
-    /// Of trees whose leaves are small, and of simplified trees.
-    spread_hanging: [wgpu::ComputePipeline; 2],
+    spread_hanging: wgpu::ComputePipeline,
 }
 
 impl Quads {
@@ -51,10 +50,15 @@ impl Quads {
         let groups = [&layouts.frame, &layouts.part, &layouts.spread_quads];
         Self {
             arrange: shaders.compute(&ARRANGE_QUADS, "arrange", &[&layouts.arrange_quads], &[]),
-            spread_hanging: [0.0, 1.0].map(|far| {
-                let constants = [("far", far), ("lit", 1.0), ("lit_at_vertices", 1.0)];
+            spread_hanging: {
+                let constants = [
+                    ("form", SIMPLE.into()),
+                    ("lit", 1.0),
+                    ("lit_at_vertices", 1.0),
+                    ("reach_at_vertices", 1.0),
+                ];
                 shaders.compute(&HANGING_QUADS, "spread", &groups, &constants)
-            }),
+            },
         }
     }
 
@@ -72,15 +76,12 @@ impl Quads {
         forest: &ForestBuffers,
         quads: &HangingQuads,
     ) {
-        for (k, pipeline) in (0..).zip(&self.spread_hanging) {
-            pass.set_pipeline(pipeline);
-            for (i, (model, groups)) in (0..).zip(&quads.models) {
-                pass.set_bind_group(1, &forest.models[*model].0.leaves.bind_group, &[]);
-                pass.set_bind_group(2, &groups[k as usize], &[]);
-                let draws = u64::from(DRAW_WORDS * quads.buffers.draws);
-                let words = draws + 3 * (2 * i + k);
-                pass.dispatch_workgroups_indirect(&quads.buffers.arguments, words * 4);
-            }
+        pass.set_pipeline(&self.spread_hanging);
+        for (i, (model, group)) in (0..).zip(&quads.models) {
+            pass.set_bind_group(1, &forest.models[*model].0.leaves.bind_group, &[]);
+            pass.set_bind_group(2, group, &[]);
+            let words = u64::from(DRAW_WORDS * quads.buffers.draws) + 3 * i;
+            pass.dispatch_workgroups_indirect(&quads.buffers.arguments, words * 4);
         }
     }
 }

@@ -55,9 +55,9 @@ impl Wood {
     ) {
         for (pipelines, kind) in self.pipelines.iter().zip(0..) {
             let levels = |model: &ModelData, of: &DrawRanges| {
-                let twigs = of.1.start + model.wood_kinds[0];
+                let twigs = of.wood.start + model.wood_kinds[0];
                 let far = twigs + model.wood_kinds[1];
-                [of.1.start..twigs, twigs..far, far..of.1.end][kind].clone()
+                [of.wood.start..twigs, twigs..far, far..of.wood.end][kind].clone()
             };
             draw_parts(
                 pass,

@@ -224,7 +224,7 @@ impl LooseState {
         let empty_draws = empty_draws(device, models, &streams.bins);
         let view_words = u64::from(VIEW_TALLIES)
             + 2 * u64::from(DRAW_WORDS) * streams.bins.len() as u64
-            + 4 * streams.all.len() as u64;
+            + 2 * streams.all.len() as u64;
         Ok(Self {
             streams,
             frame,

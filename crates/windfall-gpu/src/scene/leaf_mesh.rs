@@ -5,6 +5,7 @@ use crate::base::packing::{octahedral, snorm, snorm8};
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use half::f16;
+use crate::scene::model::leaf_lengths;
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::simplify::as_quad;
 use windfall_core::tree::{Material, Surface};
@@ -19,7 +20,7 @@ pub struct LeafVertex {
     /// Relative to the centre; `w` is the ambient light that reaches the leaf.
     offset: [f16; 4],
     normal: [i8; 4],
-    /// Octahedral, in the first two.
+    /// Octahedral, in the first two; then the leaf's length, relative to that of the longest.
     bent_normal: [u8; 4],
     uv: [f16; 2],
     /// Material in the upper 8 bits, shed rank in the lower 24.
@@ -56,7 +57,7 @@ pub struct LeafMesh {
 }
 
 impl LeafMesh {
-    pub fn new(foliage: &Foliage, simplify: bool) -> Self {
+    pub fn new(foliage: &Foliage) -> Self {
         let mut mesh = Self {
             vertices: Vec::with_capacity(foliage.vertex_count()),
             indices: Vec::with_capacity(foliage.triangle_count() * 3),
@@ -64,20 +65,23 @@ impl LeafMesh {
             simple_starts: Vec::new(),
             quads: None,
         };
-        let simple = if simplify { &foliage.simple_shapes[..] } else { &[] };
+        let simple = &foliage.simple_shapes[..];
+        let longest = leaf_lengths(foliage).y;
+        let lengths: Vec<f32> =
+            foliage.shapes.iter().map(|shape| 2.0 * shape.radius() / longest).collect();
         let mut firsts = Vec::with_capacity(foliage.leaves.len());
         for (i, leaf) in (0..).zip(&foliage.leaves) {
             mesh.starts.push(mesh.indices.len() as u32);
             firsts.push(mesh.vertices.len() as u32);
             let shape = &foliage.shapes[leaf.shape as usize];
-            mesh.add(i, leaf, shape);
+            mesh.add((i, leaf), shape, lengths[leaf.shape as usize]);
         }
         mesh.starts.push(mesh.indices.len() as u32);
         if let Some(shapes) = quads(foliage, simple) {
             let first = mesh.vertices.len() as u32;
             for (i, leaf) in (0..).zip(&foliage.leaves) {
                 mesh.simple_starts.push(mesh.indices.len() as u32);
-                mesh.add(i, leaf, &shapes[leaf.shape as usize]);
+                mesh.add((i, leaf), &shapes[leaf.shape as usize], lengths[leaf.shape as usize]);
             }
             mesh.simple_starts.push(mesh.indices.len() as u32);
             mesh.quads = Some(LeafQuads { first, shapes });
@@ -90,7 +94,7 @@ impl LeafMesh {
         for (i, leaf) in (0..).zip(&foliage.leaves) {
             mesh.simple_starts.push(mesh.indices.len() as u32);
             if let Some(shape) = &simple[leaf.shape as usize] {
-                mesh.add(i, leaf, shape);
+                mesh.add((i, leaf), shape, lengths[leaf.shape as usize]);
             } else {
                 let shape = &foliage.shapes[leaf.shape as usize];
                 let first = firsts[i as usize];
@@ -101,11 +105,12 @@ impl LeafMesh {
         mesh
     }
 
-    fn add(&mut self, index: u32, leaf: &Leaf, shape: &LeafShape) {
+    /// Adds a leaf in a shape; `length` is that of its own shape at scale 1, relative to the longest leaf.
+    fn add(&mut self, (index, leaf): (u32, &Leaf), shape: &LeafShape, length: f32) {
         let first = self.vertices.len() as u32;
         self.indices.extend(shape.indices.iter().map(|&index| first + index));
         let [x, y] = octahedral(leaf.bent_normal).to_array().map(snorm8);
-        let bent_normal = [x, y, 0, 0];
+        let bent_normal = [x, y, snorm8(length * leaf.scale), 0];
         for ((&position, &normal), &uv) in
             shape.positions.iter().zip(&shape.normals).zip(&shape.uvs)
         {
@@ -124,8 +129,7 @@ impl LeafMesh {
 }
 
 /// The shapes of leaves without pictures as quads, each with the mean normal of its leaf, if every one has
-/// few enough triangles for that; `simple` are [`Foliage::simple_shapes`], nothing where they are not
-/// wanted.
+/// few enough triangles for that; `simple` are [`Foliage::simple_shapes`], nothing in a tree that was not prepared.
 fn quads(foliage: &Foliage, simple: &[Option<LeafShape>]) -> Option<Vec<LeafShape>> {
     let plain =
         |m: &Material| m.alpha_cutoff.is_none() && !matches!(m.surface, Surface::Texture(..));

@@ -208,8 +208,7 @@ impl LooseShapes {
 impl TreeModel {
     /// Uploads a tree.
     ///
-    /// On a device without [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] wood is not simplified, and the leaves of
-    /// distant trees are shaded as finely as those of near ones.
+    /// On a device without [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] wood is not simplified.
     ///
     /// # Errors
     ///
@@ -226,7 +225,7 @@ impl TreeModel {
         }
         // A draw that begins in the middle of a list is more than some devices can do.
         let first_instance = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE);
-        let leaf_mesh = LeafMesh::new(&tree.foliage, first_instance);
+        let leaf_mesh = LeafMesh::new(&tree.foliage);
         let whole = [WoodLevel { indices: tree.wood.indices.clone(), error: 0.0 }];
         let levels = match &tree.wood.levels[..] {
             [] => &whole[..],
@@ -251,7 +250,8 @@ impl TreeModel {
         }
         let leaf_textures = TextureArray::new(device, queue, &tree.foliage.materials);
         let wood_textures = TextureArray::new(device, queue, &tree.wood.materials);
-        let mut uniform = model_uniform(tree);
+        let crown = crown(tree, levels);
+        let mut uniform = model_uniform(tree, crown);
         uniform.texture_luminance = leaf_textures.luminance;
         let model = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(&tree.name),
@@ -268,11 +268,11 @@ impl TreeModel {
             name: tree.name.clone(),
             leaf_count: leaves as u32,
             triangles: (tree.wood_triangles() + tree.foliage.triangle_count()) as u64,
-            leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts, first_instance),
+            leaf_parts: leaf_parts(&leaf_mesh.starts, &leaf_mesh.simple_starts),
             wood_kinds: [0, 1].map(|kind| wood_parts[kind].len() as u32),
             wood_parts: wood_parts.concat(),
             outward: tree.wood.outward,
-            crown: crown(tree, levels),
+            crown,
             wood: part(
                 bytemuck::cast_slice(&wood_vertices),
                 &wood_indices,
@@ -315,7 +315,7 @@ fn branches(wood: &tree::Wood) -> Vec<Branch> {
 /// Bytes of GPU memory that a tree model takes: buffers and textures with their mip maps.
 pub fn model_bytes(tree: &Tree) -> u64 {
     let foliage = &tree.foliage;
-    let leaves = LeafMesh::new(foliage, true);
+    let leaves = LeafMesh::new(foliage);
     let buffers = leaves.vertices.len() * size_of::<LeafVertex>()
         + tree.wood.vertices.len() * size_of::<WoodVertex>()
         + (leaves.indices.len() + tree.wood.indices.len()) * size_of::<u32>()
@@ -498,7 +498,7 @@ fn surface(material: &Material, layer: Option<u32>) -> Surface {
     }
 }
 
-fn model_uniform(tree: &Tree) -> Model {
+fn model_uniform(tree: &Tree, crown: Crown) -> Model {
     let foliage = &tree.foliage;
     let mut palette = [Vec4::ONE; 8];
     if let Some(colors) = &foliage.palette {
@@ -518,7 +518,7 @@ fn model_uniform(tree: &Tree) -> Model {
         texture_luminance: 1.0,
         sunlight: foliage.visibility.sunlight.into(),
         leaf_count: foliage.leaves.len() as u32,
-        crown: Crown::zeroed(),
+        crown,
     }
 }
 
@@ -551,6 +551,12 @@ fn wood_vertex(vertex: &tree::WoodVertex, branch: Branch) -> WoodVertex {
     }
 }
 
+/// Lengths of the shortest and of the longest leaf, metres, a little apart: half floats do not narrow them.
+pub fn leaf_lengths(foliage: &Foliage) -> Vec2 {
+    let [shortest, longest] = foliage.leaf_lengths();
+    Vec2::new(shortest * 0.999, longest * 1.001)
+}
+
 fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
     let mut wood_errors = [Vec4::ZERO; 4];
     for (i, level) in levels.iter().enumerate() {
@@ -566,6 +572,7 @@ fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {
         radius: (high - low).length() * 0.5,
         half_size: (high - low) * 0.5,
         leaf_length: foliage.leaf_length(),
+        leaf_lengths: pack_halfs(leaf_lengths(foliage)),
         leaf_side: foliage.leaf_side(),
         holes: pack_halfs(Vec2::new(holes.solid, holes.piece)),
         visible_share: share,

@@ -1,6 +1,6 @@
 //! The trees of a forest: their records, and the tables that lists of trees are made from.
 
-use crate::base::constants::BLOCK;
+use crate::base::constants::{BLOCK, OUTLINES};
 use crate::base::shared::{Crown, TreeRecord};
 use crate::scene::model::TreeModel;
 use crate::scene::parts::PartDraw;
@@ -14,14 +14,22 @@ pub struct TreeTables {
     pub crowns: Vec<Crown>,
     /// By model, each model's in whole blocks; a place may hold no tree.
     pub records: Vec<TreeRecord>,
-    /// For each model its leaf draws and its wood draws: ranges of all draws.
+    /// For each model its draws: ranges of all draws.
     pub draws: Vec<DrawRanges>,
     /// All draws.
     pub parts: Vec<PartDraw>,
 }
 
-/// A model's draws of leaves and of wood.
-pub type DrawRanges = (Range<u32>, Range<u32>);
+/// A model's draws.
+#[derive(Debug, Clone)]
+pub struct DrawRanges {
+    /// Of outlines, in prune order.
+    pub outlines: Range<u32>,
+    /// Of leaves in two triangles, in prune order.
+    pub simple: Range<u32>,
+    /// Of levels of wood.
+    pub wood: Range<u32>,
+}
 
 /// A place that holds no tree.
 pub fn no_tree() -> TreeRecord {
@@ -38,16 +46,18 @@ impl TreeTables {
             let places = places.next_multiple_of(BLOCK);
             out.records.resize((first + places) as usize, no_tree());
             let draw_first = out.parts.len() as u32;
+            let outlines = model.leaf_parts.iter().filter(|part| part.kind == OUTLINES).count();
+            let simple = draw_first + outlines as u32;
             out.parts.extend(&model.leaf_parts);
-            let wood_first = out.parts.len() as u32;
+            let wood = out.parts.len() as u32;
             out.parts.extend(&model.wood_parts);
             let end = out.parts.len() as u32;
-            out.draws.push((draw_first..wood_first, wood_first..end));
+            let (outlines, simple) = (draw_first..simple, simple..wood);
+            out.draws.push(DrawRanges { outlines, simple, wood: wood..end });
             out.crowns.push(Crown {
                 tree_first: first,
                 draw_first,
                 draw_count: end - draw_first,
-                leaf_draws: wood_first - draw_first,
                 block_count: places / BLOCK,
                 ..model.crown
             });

@@ -137,6 +137,8 @@ impl Cascade {
         Frame {
             clip_from_world: self.clip_from_world,
             fade_smooth: u32::from(detail.fade.smooth),
+            leaf_pixels: detail.leaf_pixels,
+            lit_leaf_pixels: f32::MAX,
             ..*frame
         }
     }

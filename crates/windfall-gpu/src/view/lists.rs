@@ -22,6 +22,7 @@ impl TreeList {
         eye: &Eye,
         detail: &Simplification,
         culling: Culling,
+        lit_in_pixels: bool,
     ) -> Self {
         let (range_kind, range) = match detail.fade.range {
             FadeRange::Constant(c) => (0, c),
@@ -47,7 +48,10 @@ impl TreeList {
             range,
             growth_factor: if detail.area_preservation { detail.growth.factor } else { -1.0 },
             growth_pixels: detail.growth.pixels,
-            flags: flag(detail.fade.full_at_one) | flag(detail.fade.early) << 1 | by_area << 2,
+            flags: flag(detail.fade.full_at_one)
+                | flag(detail.fade.early) << 1
+                | by_area << 2
+                | flag(lit_in_pixels) << 3,
             culling: culling as u32,
             wood_pixels: detail.wood_pixels,
             leaf_pixels: detail.leaf_pixels,
@@ -69,10 +73,11 @@ pub fn cull_frame(
         Culling::Occlusion if !centred(eye.clip_from_world) => Culling::Sphere,
         culling => culling,
     };
-    lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, culling);
+    let lit_in_pixels = view.quality.pixel_lighting;
+    lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, culling, lit_in_pixels);
     for (list, cascade) in lists[1..].iter_mut().zip(cascades) {
         let detail = &view.shadow_detail;
-        *list = TreeList::new(cascade.clip_from_world, eye, detail, Culling::Sphere);
+        *list = TreeList::new(cascade.clip_from_world, eye, detail, Culling::Sphere, false);
     }
     let tables = &buffers.tables;
     CullFrame {

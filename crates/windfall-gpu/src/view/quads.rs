@@ -5,9 +5,7 @@ use crate::base::layouts::{self, Layouts};
 use crate::base::shared::TreeInstance;
 use crate::scene::forest::ForestBuffers;
 use crate::scene::leaf_mesh::LeafQuads;
-use crate::scene::parts::WHOLE_PARTS;
 use crate::view::lists::TreeLists;
-use std::ops::Range;
 use wgpu::util::DeviceExt;
 
 /// Bytes of a corner.
@@ -48,8 +46,8 @@ impl QuadBuffers {
 pub struct HangingQuads {
     pub buffers: QuadBuffers,
     pub arrange_group: wgpu::BindGroup,
-    /// Models with quads; of each the groups for those pipelines.
-    pub models: Vec<(usize, [wgpu::BindGroup; 2])>,
+    /// Models with quads, and their groups.
+    pub models: Vec<(usize, wgpu::BindGroup)>,
 }
 
 impl HangingQuads {
@@ -65,7 +63,7 @@ impl HangingQuads {
         let limit = device.limits().max_storage_buffer_binding_size;
         let fits = |buffer: &wgpu::Buffer| buffer.size() <= limit;
         let trees = &forest.tables;
-        // The trees of the view come first in what all lists have placed.
+        // The list of the view comes first in what all lists have placed.
         let of_view = trees.records.len() as u64 * size_of::<TreeInstance>() as u64;
         let mut facts = vec![[0; 4]; 1 + trees.parts.len()];
         let mut ranges = Vec::new();
@@ -75,30 +73,28 @@ impl HangingQuads {
             let Some(&LeafQuads { first, .. }) = quads else {
                 continue;
             };
-            // The first parts are those of near trees; the next, that of trees whose leaves are small, has
-            // all leaves, the others have them by and by.
-            let Range { start, end } = trees.draws[m].0.clone();
+            let draws = trees.draws[m].simple.clone();
             let instances = *places as usize;
-            let whole = start + WHOLE_PARTS - 1;
-            if end <= whole || instances == 0 {
+            if draws.is_empty() || instances == 0 {
                 continue;
             }
-            let all_leaves = trees.parts[whole as usize].indices;
-            for draw in whole..end {
+            let (first_index, mut leaves) = (trees.parts[draws.start as usize].indices.0, 0);
+            for draw in draws.clone() {
                 let (at, count) = trees.parts[draw as usize].indices;
-                let corner = first + 4 * ((at - all_leaves.0) / 6);
+                let corner = first + 4 * ((at - first_index) / 6);
                 facts[1 + draw as usize] = [count / 6, corner, crown.tree_first, 0];
+                leaves += u64::from(count / 6);
             }
-            all += u64::from(all_leaves.1 / 6) * instances as u64;
-            ranges.push((m, [[whole, 1, 0, 0], [whole + 1, end - whole - 1, 0, 0]]));
+            all += leaves * instances as u64;
+            ranges.push((m, [draws.start, draws.end - draws.start, 0, 0]));
         }
         let room = all.min(u64::from(most)).min(limit / (4 * CORNER)) as u32;
         if room == 0 || of_view > limit {
             return None;
         }
-        let buffers = QuadBuffers::new(device, room, 6 * ranges.len() as u32);
-        facts[0] = [trees.parts.len() as u32, 2 * ranges.len() as u32, room, buffers.draws];
-        facts.extend(ranges.iter().flat_map(|(_, ranges)| *ranges));
+        let buffers = QuadBuffers::new(device, room, 3 * ranges.len() as u32);
+        facts[0] = [trees.parts.len() as u32, ranges.len() as u32, room, buffers.draws];
+        facts.extend(ranges.iter().map(|(_, range)| *range));
         let init = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("parts in quads"),
@@ -115,19 +111,17 @@ impl HangingQuads {
             &layouts.arrange_quads,
             &[&facts, &lists.arguments, &parts, &buffers.arguments].map(|b| b.as_entire_binding()),
         );
-        let of_model = |(m, ranges): (usize, [[u32; 4]; 2])| {
-            let groups = ranges.map(|range| {
-                let range = init(bytemuck::cast_slice(&range), wgpu::BufferUsages::UNIFORM);
-                let vertices = &forest.models[m].0.leaves.vertices;
-                let resources = [&range, vertices, &lists.placed, &parts, &buffers.corners];
-                layouts::group(
-                    device,
-                    "quads of a model",
-                    &layouts.spread_quads,
-                    &resources.map(|b| b.as_entire_binding()),
-                )
-            });
-            (m, groups)
+        let of_model = |(m, range): (usize, [u32; 4])| {
+            let range = init(bytemuck::cast_slice(&range), wgpu::BufferUsages::UNIFORM);
+            let vertices = &forest.models[m].0.leaves.vertices;
+            let resources = [&range, vertices, &lists.placed, &parts, &buffers.corners];
+            let group = layouts::group(
+                device,
+                "quads of a model",
+                &layouts.spread_quads,
+                &resources.map(|b| b.as_entire_binding()),
+            );
+            (m, group)
         };
         let models = ranges.into_iter().map(of_model).collect();
         Some(Self { buffers, arrange_group, models })

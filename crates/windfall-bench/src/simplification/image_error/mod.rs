@@ -18,7 +18,7 @@ mod meshopt_baseline;
 mod plot;
 
 use super::Args;
-use super::workload::visible_trees;
+use super::workload::{mean_form, visible_trees};
 use crate::harness::{ImageTarget, PlantedView};
 use crate::image::LinearImage;
 use crate::scenery::{self, edit_sky};
@@ -31,7 +31,7 @@ use serde::Serialize;
 use std::path::Path;
 use windfall_core::foliage::{Foliage, LeafShape};
 use windfall_core::forest::{Forest, Instance, Terrain};
-use windfall_core::simplify::{Growth, PruneOrder, Reduction, Simplification, Visibility};
+use windfall_core::simplify::{Growth, LeafForm, PruneOrder, Reduction, Simplification, Visibility};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, DebugView, Falls, Renderer, View};
 use windfall_host::device::Gpu;
@@ -364,7 +364,7 @@ impl Comparison<'_> {
             (1.0, false),
             |(_, seen)| {
                 let level = detail.level(seen);
-                (detail.drawn(&level), detail.simple(&level, seen))
+                (detail.drawn(&level), mean_form(detail, &level, seen) == LeafForm::Simple)
             },
         );
         let foliage = &stage.trees[0].foliage;

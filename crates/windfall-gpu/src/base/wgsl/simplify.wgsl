@@ -96,15 +96,18 @@ fn tree_level(list: TreeList, crown: Crown, scale: f32, center: vec3<f32>) -> Le
     return Level(lambda, fade_radius(list, lambda), growth, left);
 }
 
-// Whether the leaves of a tree are drawn in few triangles: windfall_core::simplify::Simplification::simple.
-fn simple_leaves(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> bool {
-    return fade_end(list, level) <= SIMPLE_BELOW || largest_leaf(list, crown, level, scale, center) < list.leaf_pixels;
+// Bounds of the lengths of a tree's leaves in the picture, pixels: windfall_core::simplify::Simplification::leaf_range.
+fn leaf_range(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> vec2<f32> {
+    let away = distance(center, list.eye);
+    let radius = crown.radius * scale;
+    let lengths = unpack2x16float(crown.leaf_lengths) * (scale * level.growth * list.pixels);
+    let shortest = select(lengths.x, 0.0, level.lambda < 1.0);
+    return vec2(shortest / max(away + radius, 1e-3), lengths.y / max(away - radius, 1e-3));
 }
 
-// Length of the nearest leaf, pixels.
-fn largest_leaf(list: TreeList, crown: Crown, level: Level, scale: f32, center: vec3<f32>) -> f32 {
-    let nearest = max(distance(center, list.eye) - crown.radius * scale, 1e-3);
-    return crown.leaf_length * scale * level.growth * list.pixels / nearest;
+// Length from which on leaves are lit in each pixel: windfall_core::simplify::Simplification::lit_leaf_pixels.
+fn lit_leaf_pixels(list: TreeList) -> f32 {
+    return select(1e30, LIT_AT_VERTICES * list.leaf_pixels, (list.flags & 8u) != 0u);
 }
 
 // The rank at which leaves are gone; above it nothing is drawn.

@@ -31,7 +31,11 @@ fn lean_of(wind: vec2<f32>, high: f32) -> vec2<f32> {
 
 // How a leaf that hangs at `rest` has turned about its place, as a quaternion; `share` of it.
 fn flutter(rest: vec3<f32>, share: f32) -> vec4<f32> {
-    let speed = min(length(wind_at(rest)), 8.0);
+    return flutter_in(wind_at(rest), rest, share);
+}
+
+fn flutter_in(wind: vec2<f32>, rest: vec3<f32>, share: f32) -> vec4<f32> {
+    let speed = min(length(wind), 8.0);
     let x = swing(rest, vec3(2.3, 1.9, -2.9), 3.15625);
     let y = swing(rest, vec3(1.7, -3.1, 2.2), 2.84375);
     let z = swing(rest, vec3(-2.7, 2.1, 2.5), 3.71875);
@@ -44,8 +48,11 @@ fn sway(rest: vec3<f32>, foot: f32) -> vec3<f32> {
     if frame.sway == 0.0 {
         return vec3(0.0);
     }
+    return sway_in(wind_at(rest), rest, foot);
+}
+
+fn sway_in(wind: vec2<f32>, rest: vec3<f32>, foot: f32) -> vec3<f32> {
     let high = max(rest.y - foot, 0.0);
-    let wind = wind_at(rest);
     let speed = length(wind);
     let lean = lean_of(wind, high);
     // Limbs rock about it, twigs tremble: each part in its own time.
@@ -56,4 +63,15 @@ fn sway(rest: vec3<f32>, foot: f32) -> vec3<f32> {
     let y = 0.6 * rock * swing(rest, vec3(-0.17, 0.05, 0.19), 0.46875) + tremble * swing(rest, vec3(-0.8, 0.9, 0.9), 2.71875);
     let z = rock * swing(rest, vec3(0.09, -0.08, 0.15), 0.40625) + tremble * swing(rest, vec3(0.7, -0.9, 0.8), 2.53125);
     return frame.sway * (vec3(lean.x, 0.0, lean.y) + vec3(x, y, z));
+}
+
+// Both, of a leaf on its twig.
+struct Swayed {
+    moved: vec3<f32>,
+    turned: vec4<f32>,
+}
+
+fn sway_and_flutter(rest: vec3<f32>, foot: f32) -> Swayed {
+    let wind = wind_at(rest);
+    return Swayed(sway_in(wind, rest, foot), flutter_in(wind, rest, 1.0));
 }

@@ -1,7 +1,9 @@
 //! Lists of trees against a CPU reference: which trees, in which detail, and the arguments of their draws.
 
 use super::{Gpu, Watched};
-use crate::base::constants::{AT_VERTICES, BLOCK, BUCKETS, DRAW_WORDS, LISTS, TREE_TALLIES, VIEWS};
+use crate::base::constants::{
+    BLOCK, DRAW_WORDS, KINDS, LISTS, OUTLINES, PIXELS, SIMPLE, TREE_TALLIES, VIEWS, WOOD,
+};
 use crate::base::packing::pack_halfs;
 use crate::base::shared::{Crown, TreeInstance, TreeList, TreeRecord};
 use crate::scene::parts::{bucket_of, wood_bucket};
@@ -21,14 +23,15 @@ use windfall_core::simplify::{
 use windfall_core::sway::farthest;
 use windfall_tree::Species;
 
-/// The bucket of a tree's leaves.
-fn leaf_bucket(detail: &Simplification, level: &Level, seen: &Seen) -> u32 {
-    if detail.simple(level, seen) {
-        bucket_of(detail.drawn(level))
-    } else if detail.lit_at_vertices(level, seen) {
-        AT_VERTICES
-    } else {
-        BUCKETS
+/// Whether a tree may have leaves of a kind.
+fn has_some(kind: u32, detail: &Simplification, level: &Level, seen: &Seen) -> bool {
+    let [low, high] = detail.leaf_range(level, seen);
+    let lit = detail.lit_leaf_pixels(true);
+    match kind {
+        PIXELS => high >= lit,
+        OUTLINES => high >= detail.leaf_pixels && low < lit,
+        SIMPLE => low < detail.leaf_pixels,
+        _ => true,
     }
 }
 
@@ -47,7 +50,7 @@ struct CpuList {
 fn list_on_cpu(
     tables: &TreeTables,
     list: &TreeList,
-    wood: bool,
+    kind: u32,
     detail: &Simplification,
     detached: impl Fn(&TreeRecord, u32) -> u32,
     wind: &(f32, impl Fn(Vec3) -> Vec2),
@@ -73,12 +76,12 @@ fn list_on_cpu(
                 1 => list.sees_box(tree, crown, margin),
                 _ => frustum.sees_sphere(center, crown.radius * tree.scale + margin),
             };
-            if in_view {
-                let bucket = if wood {
+            if in_view && has_some(kind, detail, &level, &seen) {
+                let bucket = if kind == WOOD {
                     level.growth = detail.wood_error(&seen) / tree.scale;
                     wood_bucket(crown.wood_level(level.growth))
                 } else {
-                    leaf_bucket(detail, &level, &seen)
+                    bucket_of(detail.drawn(&level))
                 };
                 sorted.push((bucket, level, tree));
             }
@@ -116,7 +119,7 @@ fn list_on_cpu(
         for draw in 0..crown.draw_count {
             let part = &tables.parts[(crown.draw_first + draw) as usize];
             let from = |bucket: u32| sorted.partition_point(|t| t.0 >= bucket) as u32;
-            let of_list = (draw >= crown.leaf_draws) == wood;
+            let of_list = part.kind == if kind == PIXELS { OUTLINES } else { kind };
             let range = from(part.buckets.1 + 1)..from(part.buckets.0);
             let range = if of_list { range } else { 0..0 };
             out.tallies[4] += u64::from(part.indices.1 / 3) * range.len() as u64;
@@ -163,6 +166,9 @@ impl Crown {
             pixels: list.pixels,
             radius: self.radius * tree.scale,
             leaf_length: self.leaf_length * tree.scale,
+            leaf_lengths: [0, 16].map(|shift| {
+                f16::from_bits((self.leaf_lengths >> shift) as u16).to_f32() * tree.scale
+            }),
             leaf_side: self.leaf_side * tree.scale,
             holes: Holes { solid: solid.to_f32(), piece: piece.to_f32() },
             visibility: Visibility {
@@ -236,7 +242,7 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
     };
     let camera = Camera::look_at(DVec3::new(5.0, 9.0, 30.0), DVec3::ZERO, 0.9, 0.1);
     let eye = camera.eye(DVec3::ZERO, (64, 48)).unwrap();
-    let mut simplified = 0;
+    let (mut simplified, mut in_lists) = (0, [0; KINDS as usize]);
     for detail in [Simplification::DEFAULT, near, by_area, Simplification::NONE] {
         for culling in [Culling::Off, Culling::ClipSpace, Culling::Sphere] {
             let view = View { detail, culling, ..View::new(camera) };
@@ -247,7 +253,7 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
             let tables = &forest.buffers().unwrap().tables;
             let on_gpu: Vec<TreeInstance> = bytemuck::pod_collect_to_vec(&gpu.read(&lists.placed));
             let words: Vec<u32> = bytemuck::pod_collect_to_vec(&gpu.read(&lists.arguments));
-            let list = TreeList::new(eye.clip_from_world, &eye, &detail, culling);
+            let list = TreeList::new(eye.clip_from_world, &eye, &detail, culling, true);
             let (wind, shedding) = (*forest.wind(), forest.falls().shedding);
             let rate = Shedding::gust_rate(&wind);
             let detached = |tree: &TreeRecord, leaves: u32| {
@@ -262,21 +268,20 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
             let wind = &(wind.fastest(), |at: Vec3| wind.velocity(at, 120.0).xz());
             let Light::Sky(sky, _) = &view.light else { unreachable!() };
             let mut tallies = [0; 5];
-            for wood in [false, true] {
+            for kind in 0..KINDS {
                 let on_cpu =
-                    list_on_cpu(tables, &list, wood, &detail, detached, wind, sky.sun_direction());
-                assert!(on_cpu.tallies[0] > 50);
-                let index = if wood { VIEWS as usize } else { 0 };
+                    list_on_cpu(tables, &list, kind, &detail, detached, wind, sky.sun_direction());
+                in_lists[kind as usize] += on_cpu.tallies[0];
+                let index = (kind * VIEWS) as usize;
                 let (places, draws) = (tables.records.len(), tables.parts.len());
                 let on_gpu = &on_gpu[index * places..(index + 1) * places];
                 let words = &words[5 * index * draws..5 * (index + 1) * draws];
-                simplified += compare(tables, &on_cpu, wood, on_gpu, words);
-                if wood {
-                    tallies[4] += on_cpu.tallies[4];
-                } else {
-                    tallies = on_cpu.tallies;
-                }
+                simplified += compare(tables, &on_cpu, kind, on_gpu, words);
+                let triangles = tallies[4] + on_cpu.tallies[4];
+                tallies = on_cpu.tallies;
+                tallies[4] = triangles;
             }
+            assert!(tallies[0] > 50);
             let first = (LISTS * DRAW_WORDS) as usize * tables.parts.len();
             let counted = |i: usize| {
                 let at = first + 2 * i;
@@ -290,6 +295,7 @@ fn the_gpu_makes_the_lists_of_the_cpu() {
         }
     }
     assert!(simplified > 300, "{simplified}");
+    assert!(in_lists.iter().all(|&trees| trees > 5), "{in_lists:?}");
 }
 
 fn unpack_halfs(v: u32) -> Vec2 {
@@ -300,14 +306,18 @@ fn unpack_halfs(v: u32) -> Vec2 {
 fn compare(
     tables: &TreeTables,
     on_cpu: &CpuList,
-    wood: bool,
+    kind: u32,
     on_gpu: &[TreeInstance],
     words: &[u32],
 ) -> u32 {
     let mut simplified = 0;
     for (m, crown) in tables.crowns.iter().enumerate() {
-        let (leaf_draws, wood_draws) = tables.draws[m].clone();
-        let draws = if wood { wood_draws } else { leaf_draws };
+        let ranges = tables.draws[m].clone();
+        let draws = match kind {
+            WOOD => ranges.wood,
+            SIMPLE => ranges.simple,
+            _ => ranges.outlines,
+        };
         let mut count = 0;
         for i in draws.start as usize..draws.end as usize {
             let range = &on_cpu.instances[i];
@@ -339,7 +349,7 @@ fn compare(
             );
             simplified += u32::from(tree.lambda < 1.0 && tree.growth > 1.0);
         }
-        if !wood {
+        if kind != WOOD {
             let buckets = on_gpu[first..first + count].iter().map(|t| bucket_of(t.fade_end));
             assert!(buckets.rev().is_sorted(), "the more detailed first");
         }

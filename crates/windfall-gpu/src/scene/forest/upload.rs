@@ -136,7 +136,10 @@ impl Forest {
         let parts: Vec<[u32; 4]> = tables
             .parts
             .iter()
-            .map(|p| [p.buckets.0, p.buckets.1, p.indices.1, p.indices.0])
+            .map(|p| {
+                let buckets = p.buckets.0 | p.buckets.1 << 8 | p.kind << 16;
+                [buckets, 0, p.indices.1, p.indices.0]
+            })
             .collect();
         let none = wgpu::BufferUsages::empty();
         self.buffers = Some(ForestBuffers {
