@@ -23,7 +23,7 @@ pub enum Unsupported {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TurnedOff {
-    /// Wood is drawn in full at any distance, and so are the leaves of distant trees:
+    /// Wood is drawn in full at any distance, and so are leaves that have let go:
     /// [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] is missing.
     LevelsOfDetail,
     /// GPU time by pass is not measured: [`wgpu::Features::TIMESTAMP_QUERY`] is missing.
@@ -34,7 +34,7 @@ impl std::fmt::Display for TurnedOff {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::LevelsOfDetail => {
-                "wood and far leaves are drawn in full at any distance: no INDIRECT_FIRST_INSTANCE"
+                "wood and leaves off their trees are drawn in full at any distance: no INDIRECT_FIRST_INSTANCE"
             }
             Self::GpuTimes => "GPU time by pass is not measured: no TIMESTAMP_QUERY",
         })

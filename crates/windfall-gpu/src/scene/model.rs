@@ -208,7 +208,8 @@ impl LooseShapes {
 impl TreeModel {
     /// Uploads a tree.
     ///
-    /// On a device without [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] wood is not simplified.
+    /// On a device without [`wgpu::Features::INDIRECT_FIRST_INSTANCE`] wood is not simplified, and leaves that have
+    /// let go keep their outlines however small.
     ///
     /// # Errors
     ///
@@ -263,7 +264,9 @@ impl TreeModel {
             part(device, &layout, &model, vertices, indices, materials, array)
         };
         let wood_parts = wood_draws.map(|draws| wood_parts(&draws));
-        let loose = LooseShapes::new(device, &tree.foliage, leaf_mesh.quads.as_ref());
+        // Small leaves in the air lie at the end of a list.
+        let small = leaf_mesh.quads.as_ref().filter(|_| first_instance);
+        let loose = LooseShapes::new(device, &tree.foliage, small);
         let data = ModelData {
             name: tree.name.clone(),
             leaf_count: leaves as u32,

@@ -1,5 +1,6 @@
 //! Quads of small leaves against the meshes that they stand for.
 
+use super::hosts::{apart, blocks};
 use super::{Gpu, Watched};
 use crate::base::constants::DRAW_WORDS;
 use crate::view::quads::HangingQuads;
@@ -55,9 +56,10 @@ fn quads_show_what_the_leaves_would() {
     let [(all, with), (some, partly), (none, without)] = &shots[..] else { unreachable!() };
     assert!(*all > 20_000 && (1..=40_000).contains(some) && *none == 0, "{all} {some} {none}");
     for picture in [with, partly] {
-        let apart = picture.iter().zip(without).map(|(&a, &b)| u64::from(a.abs_diff(b)));
-        let mean = apart.clone().sum::<u64>() as f64 / without.len() as f64;
-        // Radiance has nine bits there, and eleven in the target.
-        assert!(mean < 0.1, "pictures differ by {mean} of 255, at most {:?}", apart.max());
+        // A quad has the mean light of its corners, a mesh what lies between them: where a shadow's edge crosses a leaf
+        // its pixels differ, as many brighter as darker. Squares of many leaves do not, but for what is left of that.
+        let squares = [picture, without].map(|p| blocks(p, SIZE.0 as usize, 16));
+        let (pixels, squares) = (apart(picture, without), apart(&squares[0], &squares[1]));
+        assert!(pixels < 0.5 && squares < 0.2, "of 255, pixels {pixels}, squares {squares}");
     }
 }
