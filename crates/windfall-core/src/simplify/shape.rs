@@ -76,12 +76,14 @@ mod tests {
     fn the_form_of_a_leaf_follows_from_its_length() {
         let detail = Simplification { leaf_pixels: 8.0, ..Simplification::DEFAULT };
         let form = |pixels| detail.leaf_form(pixels, true);
-        assert_eq!([7.9, 8.0, 19.9].map(form), [
-            LeafForm::Simple,
-            LeafForm::Outline,
-            LeafForm::Outline
-        ]);
-        assert_eq!((form(20.0), detail.leaf_form(20.0, false)), (LeafForm::Pixels, LeafForm::Outline));
+        assert_eq!(
+            [7.9, 8.0, 19.9].map(form),
+            [LeafForm::Simple, LeafForm::Outline, LeafForm::Outline]
+        );
+        assert_eq!(
+            (form(20.0), detail.leaf_form(20.0, false)),
+            (LeafForm::Pixels, LeafForm::Outline)
+        );
         assert_eq!(Simplification::NONE.leaf_form(0.1, true), LeafForm::Pixels);
     }
 

@@ -74,7 +74,7 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
         leave_out(quad);
         return;
     }
-    // Lit once, in the mean of its corners, which have one normal.
+    // Lit once, in its middle; its corners have one normal.
     var corners: array<vec4<f32>, 4>;
     var middle: Varyings;
     var reach = 0.0;
@@ -83,10 +83,10 @@ fn spread(@builtin(global_invocation_id) id: vec3<u32>) {
         let offset = size * vec3(unpack2x16float(leaf_vertices[at + 4u]), unpack2x16float(leaf_vertices[at + 5u]).x);
         let corner = hanging_vertex(hanging, offset, leaf.normal.xyz, tree);
         corners[i] = corner.clip;
-        middle.world += 0.25 * corner.world;
         middle.normal = corner.normal;
-        reach += 0.25 * spread_reach(corner.world, offset, tree);
+        reach += 0.25 * quarter_reach(hanging, offset, corner.normal, i, tree);
     }
+    middle.world = hanging.at;
     var lit_leaf = leaf_alike(middle, leaf, tree, seen);
     lit_leaf.bent_normal_reach.w = reach;
     let radiance = pack_radiance(radiance_at_vertex(lit_leaf));

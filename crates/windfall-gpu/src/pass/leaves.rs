@@ -111,7 +111,9 @@ impl Leaves {
                 forest,
                 (lists, list),
                 |model| &model.leaves,
-                |_, draws| if form == SIMPLE { draws.simple.clone() } else { draws.outlines.clone() },
+                |_, draws| {
+                    if form == SIMPLE { draws.simple.clone() } else { draws.outlines.clone() }
+                },
                 |pass, model| pass.set_pipeline(&pipelines[kind(&model.leaves)]),
             );
         }

@@ -154,12 +154,25 @@ fn hanging_vertex(leaf: Hanging, offset: vec3<f32>, normal: vec3<f32>, tree: Tre
     return out;
 }
 
-// What reaches a leaf of the sun, at one of its vertices. In a simplified tree fewer leaves stand for what shades each
-// of many: each for as much of the crown about it as its corners, spread, reach.
-fn spread_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
-    let spread = (SHADE_SPREAD - 1.0) * smoothstep(0.0, 0.16, 1.0 - tree.turn_season.w);
-    let about = turn(tree, offset) * (tree.position_scale.w * spread);
+// How far beyond a corner its shadow is sampled, in ways from the middle to the corner. In a simplified tree fewer
+// leaves stand for what shades each of many: each for as much of the crown about it as its corners, spread, reach.
+fn shade_spread(tree: Tree) -> f32 {
+    return smoothstep(0.0, 0.16, 1.0 - tree.turn_season.w);
+}
+
+// What reaches a leaf with a picture of the sun, at one of its vertices.
+fn corner_reach(world: vec3<f32>, offset: vec3<f32>, tree: Tree) -> f32 {
+    let about = turn(tree, offset) * (tree.position_scale.w * (SHADE_SPREAD - 1.0) * shade_spread(tree));
     return sun_visibility(world + about, vec3(0.0), 64.0 * fract(world.xz), 1u, 1.5);
+}
+
+// What reaches a leaf that is lit once: a quarter of its samples, which are those of a leaf in the air while
+// its tree is in full.
+fn quarter_reach(leaf: Hanging, offset: vec3<f32>, normal: vec3<f32>, corner: u32, tree: Tree) -> f32 {
+    let about = turn(tree, offset) * (tree.position_scale.w * SHADE_SPREAD * shade_spread(tree));
+    let towards = select(-normal, normal, dot(normal, frame.sun_direction) >= 0.0);
+    let some = vec2(corner, corner + 1u);
+    return sun_visibility_in(leaf.at + about, towards, vec2(0.0), some, 4u, 1.5);
 }
 
 // How much of the sun that reaches a corner it is to have, if a share of all that is kept. Of some corners all and of
@@ -197,8 +210,8 @@ fn leaf_alike(vertex: Varyings, in: LeafVertex, tree: Tree, seen: f32) -> Varyin
     return out;
 }
 
-// `drawn` is the factor on the leaf's length by which it fades.
-fn hanging(in: LeafVertex, tree: Tree, drawn: f32, seen: f32) -> Varyings {
+// `drawn` is the factor on the leaf's length by which it fades, `corner` the vertex.
+fn hanging(in: LeafVertex, corner: u32, tree: Tree, drawn: f32, seen: f32) -> Varyings {
     var out: Varyings;
     out.clip = NOWHERE;
     if gone(in.leaf, in.material_shed & 0xffffffu, tree, seen) {
@@ -215,15 +228,15 @@ fn hanging(in: LeafVertex, tree: Tree, drawn: f32, seen: f32) -> Varyings {
     if !lit {
         return out;
     }
-    if reach_at_vertices {
-        out.bent_normal_reach.w = spread_reach(out.world, offset, tree);
-        // Of leaves that are lit once that is as much as it should be.
-        if !lit_at_vertices {
-            out.bent_normal_reach.w *= sunny(in, measured_factor(model.sunlight, tree.turn_season.w));
-        }
-    }
     if lit_at_vertices && !outlines {
-        out.bent_normal_reach = vec4(radiance_at_vertex(out), 1.0);
+        var middle = out;
+        middle.world = leaf.at;
+        middle.bent_normal_reach.w = quarter_reach(leaf, offset, out.normal, corner & 3u, tree);
+        out.bent_normal_reach = vec4(radiance_at_vertex(middle), 1.0);
+    } else if reach_at_vertices {
+        // Of leaves that are lit once that is as much as it should be.
+        let share = measured_factor(model.sunlight, tree.turn_season.w);
+        out.bent_normal_reach.w = corner_reach(out.world, offset, tree) * sunny(in, share);
     }
     return out;
 }
@@ -237,22 +250,22 @@ fn radiance_at_vertex(in: Varyings) -> vec3<f32> {
 
 // Leaves fade by size: by the root of what is seen, which is an area.
 @vertex
-fn vertex(in: LeafVertex, tree: Tree) -> Varyings {
+fn vertex(in: LeafVertex, tree: Tree, @builtin(vertex_index) index: u32) -> Varyings {
     let seen = leaf_seen(tree, in.leaf);
-    return hanging(in, tree, sqrt(seen), seen);
+    return hanging(in, index, tree, sqrt(seen), seen);
 }
 
 // Leaves fade by opacity.
 @vertex
-fn opaque_vertex(in: LeafVertex, tree: Tree) -> Varyings {
-    return hanging(in, tree, 1.0, leaf_seen(tree, in.leaf));
+fn opaque_vertex(in: LeafVertex, tree: Tree, @builtin(vertex_index) index: u32) -> Varyings {
+    return hanging(in, index, tree, 1.0, leaf_seen(tree, in.leaf));
 }
 
 // Leaves of middling size, and large ones where quality has no lighting in pixels.
 @vertex
-fn outline(in: LeafVertex, tree: Tree) -> Outline {
+fn outline(in: LeafVertex, tree: Tree, @builtin(vertex_index) index: u32) -> Outline {
     let seen = leaf_seen(tree, in.leaf);
-    let vertex = hanging(in, tree, sqrt(seen), seen);
+    let vertex = hanging(in, index, tree, sqrt(seen), seen);
     let across = vertex.uv.x - 0.5;
     let margin = smoothstep(0.22, 0.5, abs(across));
     let albedo = dried(tinted(vertex.color, surface_of(vertex.material)), margin, vertex.material);

@@ -2,10 +2,10 @@
 
 use crate::base::constants::LEAF_VERTEX_WORDS;
 use crate::base::packing::{octahedral, snorm, snorm8};
+use crate::scene::model::leaf_lengths;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use half::f16;
-use crate::scene::model::leaf_lengths;
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::simplify::as_quad;
 use windfall_core::tree::{Material, Surface};

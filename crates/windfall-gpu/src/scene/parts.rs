@@ -104,7 +104,9 @@ mod tests {
                 let (mut end, mut low) = (starts[0], 0);
                 for part in of_kind() {
                     assert_eq!(part.indices.0, end, "{leaves}: {parts:?}");
-                    assert!(part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == BUCKETS);
+                    assert!(
+                        part.indices.1 > 0 && part.buckets.0 > low && part.buckets.1 == BUCKETS
+                    );
                     (end, low) = (part.indices.0 + part.indices.1, part.buckets.0);
                 }
                 assert_eq!(end, starts[leaves as usize]);

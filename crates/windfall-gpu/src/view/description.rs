@@ -86,7 +86,8 @@ impl View {
         frame.shadow_taps = self.quality.shadow_taps.clamp(1, 16);
         frame.pixels = eye.pixels;
         frame.leaf_pixels = self.detail.leaf_pixels;
-        frame.lit_leaf_pixels = self.detail.lit_leaf_pixels(self.quality.pixel_lighting).min(f32::MAX);
+        frame.lit_leaf_pixels =
+            self.detail.lit_leaf_pixels(self.quality.pixel_lighting).min(f32::MAX);
         frame.grassy = 0.7 * (self.meadow - 0.5);
         frame.show = self.show as u32;
         frame.fade_smooth = u32::from(self.detail.fade.smooth);

@@ -31,7 +31,9 @@ use serde::Serialize;
 use std::path::Path;
 use windfall_core::foliage::{Foliage, LeafShape};
 use windfall_core::forest::{Forest, Instance, Terrain};
-use windfall_core::simplify::{Growth, LeafForm, PruneOrder, Reduction, Simplification, Visibility};
+use windfall_core::simplify::{
+    Growth, LeafForm, PruneOrder, Reduction, Simplification, Visibility,
+};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, DebugView, Falls, Renderer, View};
 use windfall_host::device::Gpu;

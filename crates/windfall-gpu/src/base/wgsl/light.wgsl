@@ -92,6 +92,18 @@ fn from_sun(depth: f32) -> f32 {
 // slanting light needs no more bias than the plane's own; zero for what has none, as a leaf among
 // leaves. `bias` is in texels of the cascade.
 fn sun_visibility(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<f32>, taps: u32, bias: f32) -> f32 {
+    return sun_visibility_in(position, normal, pixel, vec2(0u, taps), taps, bias);
+}
+
+// The mean over some of its samples: from one up to another.
+fn sun_visibility_in(
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    pixel: vec2<f32>,
+    some: vec2<u32>,
+    taps: u32,
+    bias: f32,
+) -> f32 {
     let distance = length(position - frame.eye);
     if frame.shadow_ends.w == 0.0 || distance >= frame.shadow_ends.z {
         return 1.0;
@@ -143,7 +155,7 @@ fn sun_visibility(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<f32>, taps
         radius = clamp(SUN_SIZE * sum / max(count, 1.0), 1.3 * texel, WIDEST);
     }
     var lit = 0.0;
-    for (var i = 0u; i < taps; i++) {
+    for (var i = some.x; i < some.y; i++) {
         let offset = vogel(i, taps, turn) * radius;
         let there = clamp(uv + offset * uv_per_metre, vec2(0.0), vec2(scale));
         let depth = from_sun(at.z - dot(offset, rise) * depth_per_metre);
@@ -151,5 +163,5 @@ fn sun_visibility(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<f32>, taps
     }
     // Far shadows fade into the light that is left without them.
     let fade = smoothstep(0.75 * frame.shadow_ends.z, frame.shadow_ends.z, distance);
-    return mix(lit / f32(taps), 0.8, fade);
+    return mix(lit / f32(some.y - some.x), 0.8, fade);
 }
