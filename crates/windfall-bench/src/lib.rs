@@ -14,6 +14,7 @@ mod image;
 mod output;
 mod picture;
 mod plot;
+mod realtime;
 mod scenery;
 mod simplification;
 mod statistics;
@@ -31,6 +32,8 @@ enum Benchmark {
     Falling(falling::Args),
     /// Presets of quality and single effects, over the named scenes
     Picture(picture::Args),
+    /// Whole frames of a walk, beside the least that a frame can take
+    Realtime(realtime::Args),
     /// Simplified forests: time over h, culling
     Simplification(simplification::Args),
 }
@@ -45,6 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.benchmark {
         Benchmark::Falling(args) => falling::run(args),
         Benchmark::Picture(args) => picture::run(args),
+        Benchmark::Realtime(args) => realtime::run(args),
         Benchmark::Simplification(args) => simplification::run(args),
     }
 }
