@@ -476,13 +476,15 @@ impl Renderer {
             self.ground_of(pass, forest, view);
         }
         if let Some(sky) = &self.sky {
-            pass.part("sky", |pass| sky.draw(pass));
+            pass.part("sky", |pass| sky.draw(pass, view.quality.backdrop));
         }
     }
 
     fn ground_of(&self, pass: &mut TimedPass<'_, '_>, forest: &Forest, view: &View) {
         if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.leaves_alone()) {
-            pass.part("ground", |pass| ground.draw(pass, &forest.ground));
+            pass.part("ground", |pass| {
+                ground.draw(pass, &forest.ground, view.quality.ground_detail)
+            });
         }
     }
 

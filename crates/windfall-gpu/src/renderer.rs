@@ -117,7 +117,7 @@ pub enum RendererError {
     Format {
         /// The format.
         format: wgpu::TextureFormat,
-        /// Colours or depth.
+        /// Colours, those of a sky, which blend, or depth.
         what: &'static str,
     },
     /// The device cannot do what every forest needs.
@@ -204,6 +204,17 @@ impl Renderer {
         samples(options.samples)?;
         color(options.color_format)?;
         depth(options.depth_format)?;
+        let blends = options
+            .color_format
+            .guaranteed_format_features(device.features())
+            .flags
+            .contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
+        if options.layers.sky && !options.layers.picture && !blends {
+            return Err(RendererError::Format {
+                format: options.color_format,
+                what: "a sky's colours",
+            });
+        }
         if let Some(only) = options.depth_only {
             samples(only.samples)?;
             depth(only.format)?;
@@ -213,12 +224,14 @@ impl Renderer {
         let target = if layers.picture {
             Target {
                 color: Some(RADIANCE),
+                blend: false,
                 depth: Some(Depth::nearest(DEPTH, true)),
                 samples: SAMPLES,
             }
         } else {
             Target {
                 color: Some(options.color_format),
+                blend: false,
                 depth: Some(Depth::nearest(options.depth_format, options.reversed_depth)),
                 samples: options.samples,
             }
@@ -239,7 +252,8 @@ impl Renderer {
             shadows: layers.shadows.then(|| DepthPasses::new(&shaders, &layouts, cascades::TARGET)),
             depth_only: options.depth_only.map(|only| {
                 let depth = Depth::nearest(only.format, only.reversed);
-                let target = Target { color: None, depth: Some(depth), samples: only.samples };
+                let target =
+                    Target { color: None, blend: false, depth: Some(depth), samples: only.samples };
                 DepthPasses::new(&shaders, &layouts, target)
             }),
             ground: layers.ground.then(|| Ground::new(&shaders, &layouts, target)),

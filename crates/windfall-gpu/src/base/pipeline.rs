@@ -29,6 +29,8 @@ pub struct Draw<'a> {
 pub struct Target {
     /// The colours, if any.
     pub color: Option<wgpu::TextureFormat>,
+    /// Whether colours are mixed with those that are there by their alpha, which stays.
+    pub blend: bool,
     /// The depth, if any.
     pub depth: Option<Depth>,
     /// Samples of a pixel.
@@ -74,6 +76,11 @@ impl Target {
         Self { depth: self.depth.map(Depth::ignored), ..self }
     }
 
+    /// The same target, mixed with what is there.
+    pub fn blended(self) -> Self {
+        Self { blend: true, ..self }
+    }
+
     /// Whether there are colours.
     pub fn lit(&self) -> bool {
         self.color.is_some()
@@ -93,8 +100,21 @@ impl Shaders<'_> {
         });
         let compilation_options =
             wgpu::PipelineCompilationOptions { constants: draw.constants, ..Default::default() };
-        let targets: Vec<_> =
-            draw.target.color.map(|format| Some(format.into())).into_iter().collect();
+        let blend = draw.target.blend.then_some(wgpu::BlendState {
+            color: wgpu::BlendComponent {
+                src_factor: wgpu::BlendFactor::SrcAlpha,
+                dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
+                operation: wgpu::BlendOperation::Add,
+            },
+            alpha: wgpu::BlendComponent {
+                src_factor: wgpu::BlendFactor::Zero,
+                dst_factor: wgpu::BlendFactor::One,
+                operation: wgpu::BlendOperation::Add,
+            },
+        });
+        let write_mask = wgpu::ColorWrites::ALL;
+        let color = |format| Some(wgpu::ColorTargetState { format, blend, write_mask });
+        let targets: Vec<_> = draw.target.color.map(color).into_iter().collect();
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(draw.label),
             layout: Some(&layout),

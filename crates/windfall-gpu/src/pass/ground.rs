@@ -11,7 +11,8 @@ pub const GROUND: Module =
 
 /// Draws the terrain.
 pub struct Ground {
-    pipeline: wgpu::RenderPipeline,
+    /// Without single dead leaves, and with them.
+    pipelines: [wgpu::RenderPipeline; 2],
 }
 
 impl Ground {
@@ -21,23 +22,24 @@ impl Ground {
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
         };
-        Self {
-            pipeline: shaders.pipeline(&Draw {
+        let pipeline = |detail: bool| {
+            shaders.pipeline(&Draw {
                 label: "ground",
                 module: &GROUND,
                 groups: &[&layouts.frame],
-                buffers: &[vertices],
+                buffers: &[vertices.clone()],
                 cull: Some(wgpu::Face::Back),
                 vertex: "vertex",
                 fragment: Some("fragment"),
                 target,
-                constants: &[],
-            }),
-        }
+                constants: &[("detail", detail.into())],
+            })
+        };
+        Self { pipelines: [false, true].map(pipeline) }
     }
 
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, mesh: &GroundMesh) {
-        pass.set_pipeline(&self.pipeline);
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, mesh: &GroundMesh, detail: bool) {
+        pass.set_pipeline(&self.pipelines[usize::from(detail)]);
         pass.set_vertex_buffer(0, mesh.vertices.slice(..));
         pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..mesh.index_count, 0, 0..1);

@@ -15,6 +15,9 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
     return out;
 }
 
+// Whether single dead leaves show. Settled when the pipeline is made, since software drivers run both sides of every
+// branch.
+override detail: bool = true;
 // Most places along a pixel at which single leaves are looked up.
 const LITTER_STEPS: u32 = 3u;
 
@@ -64,7 +67,10 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) ->
     let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
     let blur = smoothstep(0.3, 1.0, width);
-    if blur >= 1.0 || !has(GROUND_DETAIL) {
+    if !detail {
+        return far;
+    }
+    if blur >= 1.0 {
         return far;
     }
     for (var layer = 0u; layer < 3u; layer++) {
@@ -152,7 +158,7 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     // Leaves are seen far along a grazing pixel: several places along it.
     let long_axis = select(dy, dx, length(dx) > length(dy));
     let short = min(length(dx), length(dy));
-    let steps = clamp(u32(ceil(long / max(short, 1e-4))), 1u, LITTER_STEPS);
+    let steps = clamp(u32(ceil(long / max(short, 1e-4))), 1u, select(1u, LITTER_STEPS, detail));
     let step_width = max(short, long / f32(steps)) * 1.2;
     var cover = Floor(vec3(0.0), 0.0, vec2(0.0));
     for (var i = 0u; i < steps; i++) {

@@ -1,4 +1,7 @@
-// The sky behind everything: air, thin clouds, the sun, and the land beyond the terrain.
+// The sky behind everything: air, thin clouds, the sun; and before it the land beyond the terrain.
+
+// Depth of what is behind everything.
+override behind: f32 = 0.0;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -11,6 +14,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     out.clip = covering_triangle(index);
     // A point on the near plane: through an infinite far plane there is none to unproject.
     out.far = frame.world_from_clip * vec4(out.clip.xy, 1.0, 1.0);
+    out.clip.z = behind;
     return out;
 }
 
@@ -120,32 +124,76 @@ fn hills(at: vec3<f32>, level: f32, wave: f32, seed: u32, pixel: f32) -> Land {
     return Land(tone * max(1.0 + 1.2 * crowns, 0.2) * max(light, vec3(0.0)), edge);
 }
 
-fn backdrop(sky: vec3<f32>, direction: vec3<f32>, pixel_angle: f32) -> vec3<f32> {
-    var color = sky;
+// Radii of the cylinders, times that of the nearest: three of hills, then the trees, farthest first.
+fn land_radius(row: u32) -> f32 {
     var radii = array<f32, 4>(11.0, 5.0, 2.2, 1.0);
-    for (var i = 0u; i < 4u; i++) {
-        let radius = frame.backdrop.w * radii[i];
-        let at = on_cylinder(direction, radius);
-        if at.y > 0.05 * radius + 60.0 {
-            continue;
-        }
-        let pixel = at.z * pixel_angle;
-        var land: Land;
-        if i < 3u {
-            land = hills(at, radius * 0.035 + 8.0, radius * 0.55, 60u + 20u * i, pixel);
-        } else {
-            land = trees(at, 9.0, 16.0, 130u, pixel);
-        }
-        let place = frame.eye + direction * at.z;
-        color = mix(color, through_air(land.color, place), land.covered);
+    return frame.backdrop.w * radii[min(row, 3u)];
+}
+
+fn hill_level(radius: f32) -> f32 {
+    return radius * 0.035 + 8.0;
+}
+
+struct LandVaryings {
+    @builtin(position) clip: vec4<f32>,
+    // From the eye.
+    @location(0) way: vec3<f32>,
+    @location(1) @interpolate(flat) row: u32,
+}
+
+// Sides of the prism that stands for a cylinder.
+const LAND_SIDES: f32 = 48.0;
+
+// A wall about the cylinder of a row: no larger than what may be land, since software drivers do all that a pixel
+// of the sky may need wherever it is.
+@vertex
+fn land_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) row: u32) -> LandVaryings {
+    var corners = array<vec2<f32>, 6>(
+        vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(1.0, 1.0), vec2(0.0, 0.0), vec2(1.0, 1.0), vec2(0.0, 1.0),
+    );
+    let corner = corners[index % 6u];
+    let radius = land_radius(row);
+    let angle = (f32(index / 6u) + corner.x) * 2.0 * PI / LAND_SIDES;
+    let flat = vec2(sin(angle), cos(angle)) * radius / cos(PI / LAND_SIDES);
+    let ground = frame.backdrop.x + dot(frame.backdrop.yz, flat) * min(1.0, frame.backdrop.w / radius);
+    // Above the highest ridge and crown; below, whatever an eye high up may see under the horizon.
+    let top = select(hill_level(radius) + 4.0, 21.0, row == 3u);
+    let world = vec3(flat.x, ground + mix(-3.0 * radius, top, corner.y), flat.y);
+    var out: LandVaryings;
+    out.clip = frame.clip_from_world * vec4(world, 1.0);
+    out.clip.z = behind * out.clip.w;
+    // From outside of the cylinder nothing of it is drawn.
+    if dot(frame.eye.xz, frame.eye.xz) > radius * radius {
+        out.clip = vec4(0.0, 0.0, -1.0, 1.0);
     }
-    return color;
+    out.way = world - frame.eye;
+    out.row = row;
+    return out;
+}
+
+fn seen_land(land: Land, direction: vec3<f32>, t: f32) -> vec4<f32> {
+    return vec4(through_air(land.color, frame.eye + direction * t), land.covered);
+}
+
+@fragment
+fn distant_hills(in: LandVaryings) -> @location(0) vec4<f32> {
+    let direction = normalize(in.way);
+    let radius = land_radius(in.row);
+    let at = on_cylinder(direction, radius);
+    let land = hills(at, hill_level(radius), radius * 0.55, 60u + 20u * in.row, at.z * length(dpdy(direction)));
+    return seen_land(land, direction, at.z);
+}
+
+@fragment
+fn distant_trees(in: LandVaryings) -> @location(0) vec4<f32> {
+    let direction = normalize(in.way);
+    let at = on_cylinder(direction, land_radius(in.row));
+    return seen_land(trees(at, 9.0, 16.0, 130u, at.z * length(dpdy(direction))), direction, at.z);
 }
 
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let direction = normalize(in.far.xyz / in.far.w - frame.eye);
-    let pixel_angle = length(dpdy(direction));
     let cosine = dot(direction, frame.sun_direction);
     var color = sky_radiance(direction);
     if !has(SKY_PICTURE) {
@@ -154,9 +202,6 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
         // Ice scatters forwards: bright about the sun.
         let lit = frame.sun_color * (0.05 + 0.12 * pow(max(cosine, 0.0), 12.0)) + ambient(vec3(0.0, 1.0, 0.0)) * 0.55;
         color = mix(color + frame.sun_color * disc * 0.5, lit + 0.35 * color, thin);
-    }
-    if has(BACKDROP) {
-        color = backdrop(color, direction, pixel_angle);
     }
     // Everything else has alpha.
     return vec4(color, select(1.0, 0.0, has(TRANSPARENT_SKY)));

@@ -25,7 +25,7 @@ impl ToneMap {
             cull: None,
             vertex: "vertex",
             fragment: Some("fragment"),
-            target: Target { color: Some(format), depth: None, samples: 1 },
+            target: Target { color: Some(format), blend: false, depth: None, samples: 1 },
             constants: &[],
         });
         Self { pipeline }

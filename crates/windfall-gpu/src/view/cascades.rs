@@ -15,6 +15,7 @@ pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// What pipelines that draw into them have as their target.
 pub const TARGET: Target = Target {
     color: None,
+    blend: false,
     depth: Some(Depth { format: FORMAT, compare: wgpu::CompareFunction::LessEqual, write: true }),
     samples: 1,
 };

@@ -71,7 +71,7 @@ fn with_leaf_texels(settings: Settings, more: &[&str]) -> String {
 /// The textures of a whole picture.
 fn picture_target() -> Target {
     let depth = Some(Depth::nearest(DEPTH, true));
-    Target { color: Some(RADIANCE), depth, samples: SAMPLES }
+    Target { color: Some(RADIANCE), blend: false, depth, samples: SAMPLES }
 }
 
 /// Bind group layouts beside the renderer's own.
