@@ -12,6 +12,7 @@ use crate::view::culling::Culling;
 use crate::view::description::View;
 use crate::view::light::Light;
 use crate::view::lists::cull_frame;
+use crate::view::quality::Quality;
 use crate::view::state::{FrameGroup, Prepared, ViewBuffers, ViewState};
 use crate::view::targets::PictureTargets;
 use bytemuck::Zeroable;
@@ -248,7 +249,16 @@ impl Renderer {
             return Err(ViewError::NoLayer { layer: "Layers::picture" });
         };
         let Picture { targets, output, layers } = picture;
-        let occlusion = view.culling == Culling::Occlusion;
+        let keep_depth = layers.iter().any(|layer| layer.reads_depth());
+        // Layers that read depth know pixels of the picture alone, and so do pyramids of depth.
+        let full = View { quality: Quality { resolution: 1.0, ..view.quality }, ..view.clone() };
+        let view = if keep_depth { &full } else { view };
+        let resolution = view.quality.drawn_resolution();
+        let occlusion = view.culling == Culling::Occlusion && resolution == 1.0;
+        let drawn = [targets.width, targets.height].map(|side| side as f32 * resolution);
+        let viewport = |pass: &mut TimedPass<'_, '_>| {
+            pass.pass.set_viewport(0.0, 0.0, drawn[0], drawn[1], 0.0, 1.0);
+        };
         let pyramid = occlusion.then_some(&targets.pyramid);
         self.begin(recording, forest, state, view, ((targets.width, targets.height), pyramid))?;
         for layer in layers.iter_mut() {
@@ -280,9 +290,9 @@ impl Renderer {
             });
             self.spread(recording, forest, state);
         }
-        let keep_depth = layers.iter().any(|layer| layer.reads_depth());
         let Recording { encoder, timing, .. } = recording;
         timing.render_pass(encoder, targets.scene("forest", !occlusion, keep_depth), |pass| {
+            viewport(pass);
             pass.pass.set_bind_group(0, group, &[]);
             self.trees(pass, buffers, lists, view);
             pass.part("loose leaves", |pass| {
@@ -300,7 +310,7 @@ impl Renderer {
         let Recording { encoder, timing, .. } = recording;
         timing.render_pass(encoder, PictureTargets::picture(output), |pass| {
             pass.pass.set_bind_group(0, group, &[]);
-            passes.tone_map.draw(pass.pass, &targets.radiance_group);
+            passes.tone_map.draw(pass.pass, &targets.radiance_group, resolution);
         });
         Ok(())
     }

@@ -79,7 +79,7 @@ impl Run {
         let mut early = None;
         let (eye, target) = (DVec3::new(14.0, 2.5, 0.0), DVec3::new(40.0, 1.0, 0.0));
         let camera = Camera::look_at(eye, target, 0.9, 0.1);
-        let view = View { shadows: false, quality: Quality::LOW, ..View::new(camera) };
+        let view = View { shadows: false, quality: Quality::PLAIN, ..View::new(camera) };
         for frame in 0..frames {
             let measured = harness.measure(gpu, planted, (f64::from(frame) / 30.0, &view))?;
             wall_ms.push(measured.wall_ms);

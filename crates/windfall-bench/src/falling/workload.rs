@@ -76,7 +76,7 @@ fn view(eye: Vec3, target: Vec3) -> View {
         shadows: false,
         // All leaves; small ones have two triangles, as by default.
         detail: Simplification { h: 0.0, wood_pixels: 0.0, ..Simplification::DEFAULT },
-        quality: Quality::LOW,
+        quality: Quality::PLAIN,
         ..View::new(Camera::look_at(eye.as_dvec3(), target.as_dvec3(), 0.9, 0.1))
     }
 }

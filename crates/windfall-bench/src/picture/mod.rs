@@ -110,7 +110,7 @@ const NO_EFFECTS: Quality = Quality {
     transmission: false,
     ambient_occlusion: false,
     backdrop: false,
-    ..Quality::LOW
+    ..Quality::PLAIN
 };
 
 /// The views of a round: each preset, then the highest preset without each effect.
@@ -273,6 +273,7 @@ mod tests {
             grass,
             backdrop,
             resolve_filter,
+            resolution: _,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
         let on = [soft_shadows, sway, pixel_lighting, veins, gloss, transmission];

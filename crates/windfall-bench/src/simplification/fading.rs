@@ -124,7 +124,7 @@ pub fn measure(gpu: &mut Gpu, renderer: &Renderer) -> anyhow::Result<Fades> {
             let eye = DVec3::new(0.0, 3.0, f64::from(z));
             let camera =
                 Camera::look_at(eye, eye + DVec3::new(0.0, 2.0, -30.0), 40f32.to_radians(), 0.1);
-            let quality = Quality { sway: false, ..Quality::LOW };
+            let quality = Quality { sway: false, ..Quality::PLAIN };
             let view = View { quality, ..View::new(camera) };
             let shadow_detail = nearer(view.shadow_detail, factor);
             let view = View { detail: nearer(detail, factor), shadow_detail, ..view };

@@ -60,7 +60,7 @@ pub fn ring(models: Vec<Tree>, trees: u32) -> Stage {
 /// Without shadows and at the lowest quality, so that most of a frame's cost is leaves and culling.
 fn view(eye: DVec3, target: DVec3, fov_y: f32, detail: Simplification) -> View {
     let camera = Camera::look_at(eye, target, fov_y, 0.1);
-    View { shadows: false, quality: Quality::LOW, detail, ..View::new(camera) }
+    View { shadows: false, quality: Quality::PLAIN, detail, ..View::new(camera) }
 }
 
 /// From the edge of the forest across it, from a height of 5 m.

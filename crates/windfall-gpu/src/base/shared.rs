@@ -193,8 +193,8 @@ gpu_struct! {
         pub leaf_pixels: f32,
         /// `Simplification::lit_leaf_pixels`.
         pub lit_leaf_pixels: f32,
-        /// Unused.
-        pub padding: f32,
+        /// `Quality::resolution`.
+        pub resolution: f32,
     }
 }
 

@@ -64,6 +64,38 @@ fn without_sky(pixel: vec2<i32>) -> vec4<f32> {
     return vec4(sum.rgb / max(sum.a, 1.0), sum.a * 0.25);
 }
 
+// Where a pixel's samples are: WebGPU's pattern, one in each quarter.
+const SAMPLE_PLACES = array<vec2<f32>, 4>(
+    vec2(0.375, 0.125), vec2(0.875, 0.375), vec2(0.125, 0.625), vec2(0.625, 0.875),
+);
+
+// A picture whose scene was drawn with fewer pixels: in the square of one of those about a place lie four samples,
+// one of each kind; the nearer, the more each weighs.
+@fragment
+fn enlarged(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let place = at.xy * frame.resolution;
+    let last = vec2<i32>(ceil(vec2(frame.width, frame.height) * frame.resolution)) - 1;
+    // Half as wide as the square, as wide as a pixel of the picture where that is more.
+    let reach = max(0.5, frame.resolution);
+    var sum = vec3(0.0);
+    var weights = 0.0;
+    var covered = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let pixel = floor(place - SAMPLE_PLACES[i] + 0.5);
+        let away = abs(pixel + SAMPLE_PLACES[i] - place);
+        let weight = max(1.0 - away.x / reach, 0.02) * max(1.0 - away.y / reach, 0.02);
+        let texel = textureLoad(radiance, clamp(vec2<i32>(pixel), vec2(0), last), i);
+        let alpha = select(1.0, texel.a, has(TRANSPARENT_SKY));
+        sum += weight * alpha * tone_mapped(texel.rgb);
+        covered += weight * alpha;
+        weights += weight;
+    }
+    if has(TRANSPARENT_SKY) {
+        return vec4(sum / max(covered, 1e-4), covered / weights);
+    }
+    return encoded(sum / weights, at.xy);
+}
+
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     // The curve before the mean: of a leaf before a bright sky the edge would else be all sky as soon
@@ -86,10 +118,14 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         }
         color = (color + around * (0.25 * NEIGHBOUR_WEIGHT)) / (1.0 + NEIGHBOUR_WEIGHT);
     }
+    return encoded(color, at.xy);
+}
+
+fn encoded(color: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
     if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE {
         return vec4(color, 1.0);
     }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.
-    let noise = (interleaved_noise(at.xy) - 0.5) / 255.0;
+    let noise = (interleaved_noise(at) - 0.5) / 255.0;
     return vec4(pow(max(pow(color, vec3(1.0 / 2.2)) + noise, vec3(0.0)), vec3(2.2)), 1.0);
 }

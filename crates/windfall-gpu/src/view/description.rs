@@ -84,6 +84,7 @@ impl View {
         frame.height = eye.height as f32;
         frame.effects = self.quality.effects() | Effect::TransparentSky.bit(self.transparent_sky);
         frame.shadow_taps = self.quality.shadow_taps.clamp(1, 16);
+        frame.resolution = self.quality.drawn_resolution();
         frame.pixels = eye.pixels;
         frame.leaf_pixels = self.detail.leaf_pixels;
         frame.lit_leaf_pixels =

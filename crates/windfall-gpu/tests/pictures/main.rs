@@ -633,7 +633,7 @@ fn large_leaves_lit_at_vertices_look_the_same() {
         let mut view = plain_view(eye, crown, 0.6, false);
         // Leaves are a hundred pixels long and more.
         view.set_fov(0.06);
-        view.quality = Quality { pixel_lighting, ..Quality::LOW };
+        view.quality = Quality { pixel_lighting, ..Quality::PLAIN };
         view.show = show;
         paint(&gpu, &view)
     };

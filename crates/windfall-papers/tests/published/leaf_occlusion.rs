@@ -61,7 +61,7 @@ fn shot(before: bool, show: DebugView) -> Shot {
     let camera = camera([0.0, 4.0, if before { 16.0 } else { -16.0 }], [0.0, 7.0, 0.0]);
     let detail = Simplification::NONE;
     let view = View::new(camera);
-    let view = View { shadows: false, quality: Quality::LOW, detail, show, ..view };
+    let view = View { shadows: false, quality: Quality::PLAIN, detail, show, ..view };
     Shot { time: 1.0, season: 0.5, view }
 }
 

@@ -62,7 +62,7 @@ fn from_far(origin: DVec3) -> View {
     let eye = origin + DVec3::new(0.0, 1000.0, 3000.0);
     View {
         shadows: false,
-        quality: Quality { sway: false, ..Quality::LOW },
+        quality: Quality { sway: false, ..Quality::PLAIN },
         detail: Simplification::NONE,
         ..View::new(Camera::look_at(eye, origin, 1.0, 0.1))
     }

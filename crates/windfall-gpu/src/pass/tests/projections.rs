@@ -93,7 +93,7 @@ fn an_orthographic_view_is_that_of_a_very_long_lens() {
             let view = View {
                 detail,
                 light: host_light(),
-                quality: Quality { sway: false, ..Quality::LOW },
+                quality: Quality { sway: false, ..Quality::PLAIN },
                 ..View::new(camera)
             };
             let mut state = renderer.view(&watched.forest);
