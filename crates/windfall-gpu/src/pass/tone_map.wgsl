@@ -75,15 +75,15 @@ const SAMPLE_PLACES = array<vec2<f32>, 4>(
 fn enlarged(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let place = at.xy * frame.resolution;
     let last = vec2<i32>(ceil(vec2(frame.width, frame.height) * frame.resolution)) - 1;
-    // Half as wide as the square, as wide as a pixel of the picture where that is more.
-    let reach = max(0.5, frame.resolution);
     var sum = vec3(0.0);
     var weights = 0.0;
     var covered = 0.0;
     for (var i = 0; i < 4; i++) {
         let pixel = floor(place - SAMPLE_PLACES[i] + 0.5);
         let away = abs(pixel + SAMPLE_PLACES[i] - place);
-        let weight = max(1.0 - away.x / reach, 0.02) * max(1.0 - away.y / reach, 0.02);
+        // Within the pixel of the picture all weigh the same, so that at full resolution it is their mean.
+        let beyond = clamp(4.0 * (away - 0.5 * frame.resolution), vec2(0.0), vec2(0.98));
+        let weight = (1.0 - beyond.x) * (1.0 - beyond.y);
         let texel = textureLoad(radiance, clamp(vec2<i32>(pixel), vec2(0), last), i);
         let alpha = select(1.0, texel.a, has(TRANSPARENT_SKY));
         sum += weight * alpha * tone_mapped(texel.rgb);

@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test's helpers fail as the test does")]
 
 mod culling;
+mod resolution;
 mod sweeps;
 
 use glam::{DVec3, Quat, Vec2, Vec3};
