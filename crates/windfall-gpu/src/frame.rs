@@ -13,6 +13,7 @@ use crate::view::description::View;
 use crate::view::light::Light;
 use crate::view::lists::cull_frame;
 use crate::view::quality::Quality;
+use crate::view::shadow_turns::{ShadowTurns, Shown};
 use crate::view::state::{FrameGroup, Prepared, ViewBuffers, ViewState};
 use crate::view::targets::PictureTargets;
 use bytemuck::Zeroable;
@@ -21,7 +22,8 @@ use windfall_core::simplify::FadeBy;
 /// Where a frame is recorded: the host's queue and encoder.
 ///
 /// Uniforms are written through the queue: they count when the host submits next. An encoder that is dropped
-/// leaves nothing wrong behind.
+/// leaves nothing wrong behind, but for shadow maps that are kept for some frames ([`View::shadow_period`]): those it
+/// would have drawn have their next turn.
 pub struct Recording<'a> {
     /// The queue that the encoder will be submitted to.
     pub queue: &'a wgpu::Queue,
@@ -336,16 +338,16 @@ impl Renderer {
         let mut frame = Frame::zeroed();
         forest.describe(&mut frame);
         view.describe(&mut frame, &eye, forest.origin());
-        let cascades = self.cascades(state, view, &eye);
-        if let Some(cascades) = &cascades {
+        let cascades = self.cascades(forest, state, view, &eye);
+        if let Some((cascades, _)) = &cascades {
             cascades::describe(&mut frame, cascades, view.shadows);
         }
         let sway = forest.moment.sway && view.quality.sway;
         frame.sway = f32::from(u8::from(sway));
         queue.write_buffer(&state.frame.buffer, 0, bytemuck::bytes_of(&frame));
-        if let Some(cascades) = &cascades {
-            for (cascade, group) in cascades.iter().zip(&state.shadow_frames) {
-                let frame = cascade.frame(&frame, &view.shadow_detail);
+        if let Some((cascades, _)) = &cascades {
+            for (i, (cascade, group)) in cascades.iter().zip(&state.shadow_frames).enumerate() {
+                let frame = cascade.frame(&frame, &cascades::detail_of(i, &view.shadow_detail));
                 queue.write_buffer(&group.buffer, 0, bytemuck::bytes_of(&frame));
             }
         }
@@ -360,7 +362,7 @@ impl Renderer {
             return Err(ViewError::NotAdvanced);
         };
         let wind_speed = if sway { forest.wind().fastest() } else { 0.0 };
-        let drawn = cascades.as_ref().filter(|_| view.shadows).map_or(&[][..], |c| &c[..]);
+        let drawn = cascades.as_ref().filter(|_| view.shadows).map_or(&[][..], |(c, _)| &c[..]);
         let mut cull = cull_frame(view, &eye, drawn, forest_buffers, wind_speed);
         if let Some(pyramid) = pyramid {
             cull.top_level = pyramid.top_level();
@@ -392,14 +394,29 @@ impl Renderer {
     /// The cascades of Windfall's own shadow maps, where the view has them.
     fn cascades(
         &self,
-        state: &ViewState,
+        forest: &Forest,
+        state: &mut ViewState,
         view: &View,
         eye: &crate::view::camera::Eye,
-    ) -> Option<[Cascade; cascades::CASCADES]> {
+    ) -> Option<([Cascade; cascades::CASCADES], [bool; cascades::CASCADES])> {
         let of_host = matches!(&view.light, Light::Host(light) if light.shadow.is_some());
         let own = self.shadows.is_some() && state.shadows.is_some();
-        (own && !of_host && !eye.orthographic)
-            .then(|| cascades::cascades(eye, view.light.sun_direction(), view.quality.shadow_size))
+        if !own || of_host || eye.orthographic {
+            return None;
+        }
+        let shown = Shown {
+            structure: forest.structure(),
+            origin: forest.origin(),
+            detail: view.shadow_detail,
+            size: view.quality.shadow_size,
+        };
+        let light = (view.light.sun_direction(), forest.moment.time);
+        if !view.shadows {
+            // No map is drawn, and none is kept.
+            state.shadow_turns = ShadowTurns::default();
+            return Some((cascades::cascades(eye, light.0, shown.size, 1.0), Default::default()));
+        }
+        Some(state.shadow_turns.next(eye, light, view.shadow_period, shown))
     }
 
     /// Draws Windfall's own shadow maps.
@@ -412,12 +429,13 @@ impl Renderer {
     ) {
         let (Some(passes), Some(maps)) = (&self.shadows, &state.shadows) else { return };
         let Ok((buffers, lists, prepared)) = Self::prepared(forest, state) else { return };
-        let Some(cascades) = prepared.cascades.as_ref().filter(|_| prepared.view.shadows) else {
+        let Some((cascades, draw)) = prepared.cascades.as_ref().filter(|_| prepared.view.shadows)
+        else {
             return;
         };
         let Ok(frame) = Self::layer_frame(forest, state) else { return };
         let Recording { encoder, timing, .. } = recording;
-        for (i, cascade) in cascades.iter().enumerate() {
+        for (i, cascade) in cascades.iter().enumerate().filter(|(i, _)| draw[*i]) {
             let FrameGroup { group, .. } = &state.shadow_frames[i];
             timing.render_pass(encoder, maps.pass(i), |pass| {
                 let pass = &mut *pass.pass;

@@ -202,6 +202,7 @@ impl Scene {
             show: DebugView::default(),
             detail: self.detail,
             shadow_detail: self.shadow_detail,
+            shadow_period: 1,
             culling: self.culling.into(),
             quality: self.quality.into(),
         }

@@ -22,6 +22,8 @@ use windfall_scenes::{NAMES, Scene, Source, Stage, named};
 const STEP: f64 = 1.0 / 30.0;
 /// Speed of the walk on top of the scene's own motion, metres per second.
 const SPEED: f64 = 0.5;
+/// Frames in which each shadow map is drawn, as in the viewer.
+const SHADOW_PERIOD: u32 = 8;
 /// Frames that are drawn first and not measured: pipelines compile.
 const WARM: u32 = 3;
 /// The name of a meadow without trees.
@@ -103,6 +105,7 @@ fn step(scene: &Scene, stage: &Stage, frame: u32, quality: Quality, shadows: boo
     view.camera.eye += view.camera.forward().as_dvec3() * (SPEED * since);
     view.quality = quality;
     view.shadows &= shadows;
+    view.shadow_period = SHADOW_PERIOD;
     (time, view)
 }
 

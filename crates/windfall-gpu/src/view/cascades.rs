@@ -6,7 +6,7 @@ use crate::base::shared::Frame;
 use crate::base::timing::PassTargets;
 use crate::view::camera::Eye;
 use glam::{Mat4, Vec3};
-use windfall_core::simplify::Simplification;
+use windfall_core::simplify::{LIT_AT_VERTICES, Simplification};
 
 /// Number of cascades.
 pub const CASCADES: usize = COUNT as usize;
@@ -36,6 +36,9 @@ pub struct Cascade {
     pub texel: f32,
     /// Texels along a side: a map may use a corner of its texture.
     pub size: u32,
+    /// The sphere that it holds.
+    center: Vec3,
+    radius: f32,
 }
 
 /// The shadow maps.
@@ -96,12 +99,12 @@ impl Shadows {
     }
 }
 
-/// The cascades of a view, nearest first.
-pub fn cascades(eye: &Eye, sun: Vec3, shadow_size: u32) -> [Cascade; CASCADES] {
+/// The cascades of a view, nearest first; they reach `margin` times as far about it as they have to.
+pub fn cascades(eye: &Eye, sun: Vec3, shadow_size: u32, margin: f32) -> [Cascade; CASCADES] {
     let size = shadow_size.clamp(256, SIZE);
     let mut start = eye.near;
     ENDS.map(|end| {
-        let cascade = cascade(eye, sun, size, start, end);
+        let cascade = cascade(eye, sun, (size, margin), start, end);
         start = end;
         cascade
     })
@@ -109,11 +112,12 @@ pub fn cascades(eye: &Eye, sun: Vec3, shadow_size: u32) -> [Cascade; CASCADES] {
 
 /// A square map around the sphere that holds the view between two distances. The sphere does not
 /// change when the camera turns, and its centre moves in whole texels: shadows' edges stand still.
-fn cascade(eye: &Eye, sun: Vec3, size: u32, start: f32, end: f32) -> Cascade {
+fn cascade(eye: &Eye, sun: Vec3, (size, margin): (u32, f32), start: f32, end: f32) -> Cascade {
     let corner = eye.tangents.length_squared();
     // Where the sphere's centre must be along the view to touch both ends' corners.
     let along = (0.5 * (start + end) * (1.0 + corner)).min(end);
-    let radius = (end * end * corner + (end - along) * (end - along)).sqrt().ceil();
+    let held = (end * end * corner + (end - along) * (end - along)).sqrt().ceil();
+    let radius = held * margin;
     let center = eye.position + eye.forward * along;
 
     let up = if sun.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y };
@@ -129,10 +133,27 @@ fn cascade(eye: &Eye, sun: Vec3, size: u32, start: f32, end: f32) -> Cascade {
         -snapped.z - radius - REACH,
         -snapped.z + radius,
     );
-    Cascade { clip_from_world: projection * light_from_world, texel, size }
+    Cascade { clip_from_world: projection * light_from_world, texel, size, center, radius }
+}
+
+/// How trees are simplified in a cascade, 0 nearest to the camera. A leaf is a few texels long there, but for the
+/// nearest: two triangles do where the picture may still show an outline.
+pub fn detail_of(cascade: usize, detail: &Simplification) -> Simplification {
+    let leaf_pixels = match (detail.leaf_pixels > 0.0, cascade) {
+        (false, _) => 0.0,
+        (true, 0) => detail.leaf_pixels * LIT_AT_VERTICES,
+        (true, _) => f32::MAX,
+    };
+    Simplification { leaf_pixels, ..*detail }
 }
 
 impl Cascade {
+    /// Whether another one's sphere lies within this one's.
+    pub fn holds(&self, other: &Self) -> bool {
+        // A texel that the map was moved by.
+        self.center.distance(other.center) + other.radius + self.texel <= self.radius
+    }
+
     /// The frame's uniforms with this cascade in the camera's place.
     pub fn frame(&self, frame: &Frame, detail: &Simplification) -> Frame {
         Frame {
@@ -175,7 +196,7 @@ mod tests {
         for elevation in [0.02, 0.6, std::f32::consts::FRAC_PI_2] {
             let eye = eye(Vec3::new(3.0, 1.7, 9.0), Vec3::new(40.0, 8.0, -20.0));
             let world_from_clip = eye.clip_from_world.inverse();
-            let cascades = cascades(&eye, sun(elevation), SIZE);
+            let cascades = cascades(&eye, sun(elevation), SIZE, 1.0);
             let mut start = 0.1;
             for (cascade, end) in cascades.iter().zip(ENDS) {
                 for distance in [start, end] {
@@ -196,7 +217,7 @@ mod tests {
     #[test]
     fn texels_stay_in_place_when_the_camera_moves() {
         let texels = |at: Vec3| {
-            let c = cascades(&eye(at, at + Vec3::NEG_Z), sun(0.6), SIZE)[1];
+            let c = cascades(&eye(at, at + Vec3::NEG_Z), sun(0.6), SIZE, 1.0)[1];
             c.clip_from_world.project_point3(Vec3::new(1.0, 2.0, 3.0)) * (SIZE as f32 * 0.5)
         };
         let moved = texels(Vec3::new(0.37, 1.9, 5.0)) - texels(Vec3::new(0.0, 1.7, 5.2));
@@ -210,7 +231,7 @@ mod tests {
     fn a_tree_towards_the_sun_shades_and_one_behind_does_not() {
         let eye = eye(Vec3::ZERO, Vec3::NEG_Z);
         // The planes of a map hold what casts into it: lists of trees use them as a view's.
-        let casts = Frustum::new(cascades(&eye, sun(0.6), SIZE)[0].clip_from_world);
+        let casts = Frustum::new(cascades(&eye, sun(0.6), SIZE, 1.0)[0].clip_from_world);
         let sun = sun(0.6);
         let here = Vec3::new(0.0, 0.0, -5.0);
         assert!(casts.sees_sphere(here + sun * 60.0, 3.0));

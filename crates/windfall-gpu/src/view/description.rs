@@ -42,6 +42,10 @@ pub struct View {
     pub detail: Simplification,
     /// How those are simplified that cast shadows; distances are from the camera.
     pub shadow_detail: Simplification,
+    /// Frames in which each of Windfall's own shadow maps is drawn at least once, the nearest four times as often as the
+    /// farthest; 1, the default, draws all of them in each frame, which then depends on nothing before. In between
+    /// shadows lag behind the wind and behind leaves that fall, by so many frames: 4 to 16 are for real time.
+    pub shadow_period: u32,
     /// Which trees are left out.
     pub culling: Culling,
     /// What the picture may cost.
@@ -61,6 +65,7 @@ impl View {
             show: DebugView::Final,
             detail: Simplification::default(),
             shadow_detail: Self::SHADOW_DETAIL,
+            shadow_period: 1,
             culling: Culling::default(),
             quality: Quality::default(),
         }

@@ -6,7 +6,7 @@ use crate::base::shared::{CullFrame, TreeInstance, TreeList};
 use crate::scene::falls::{LOOSE_SHADOWS, zeros};
 use crate::scene::forest::ForestBuffers;
 use crate::view::camera::Eye;
-use crate::view::cascades::Cascade;
+use crate::view::cascades::{Cascade, detail_of};
 use crate::view::culling::Culling;
 use crate::view::description::View;
 use bytemuck::Zeroable;
@@ -75,9 +75,9 @@ pub fn cull_frame(
     };
     let lit_in_pixels = view.quality.pixel_lighting;
     lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, culling, lit_in_pixels);
-    for (list, cascade) in lists[1..].iter_mut().zip(cascades) {
-        let detail = &view.shadow_detail;
-        *list = TreeList::new(cascade.clip_from_world, eye, detail, Culling::Sphere, false);
+    for (i, (list, cascade)) in lists[1..].iter_mut().zip(cascades).enumerate() {
+        let detail = detail_of(i, &view.shadow_detail);
+        *list = TreeList::new(cascade.clip_from_world, eye, &detail, Culling::Sphere, false);
     }
     let tables = &buffers.tables;
     CullFrame {

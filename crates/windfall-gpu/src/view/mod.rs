@@ -9,6 +9,7 @@ pub(crate) mod lists;
 pub(crate) mod pyramid;
 pub(crate) mod quads;
 pub(crate) mod quality;
+pub mod shadow_turns;
 pub(crate) mod sky;
 pub(crate) mod state;
 pub(crate) mod targets;

@@ -11,6 +11,7 @@ use crate::view::description::View;
 use crate::view::light::Light;
 use crate::view::lists::TreeLists;
 use crate::view::quads::HangingQuads;
+use crate::view::shadow_turns::ShadowTurns;
 use crate::view::sky::SkyState;
 use glam::Mat4;
 use wgpu::util::DeviceExt;
@@ -32,6 +33,7 @@ pub struct ViewState {
     pub(crate) frame: FrameGroup,
     pub(crate) shadow_frames: Vec<FrameGroup>,
     pub(crate) shadows: Option<Shadows>,
+    pub(crate) shadow_turns: ShadowTurns,
     /// The sky's own tables: where Windfall's sky is drawn or lights.
     pub(crate) sky: Option<SkyState>,
     pub(crate) buffers: Option<ViewBuffers>,
@@ -53,7 +55,8 @@ pub(crate) struct ViewBuffers {
 pub(crate) struct Prepared {
     pub view: View,
     pub cull: CullFrame,
-    pub cascades: Option<[Cascade; cascades::CASCADES]>,
+    /// The cascades, and which of them this frame draws.
+    pub cascades: Option<([Cascade; cascades::CASCADES], [bool; cascades::CASCADES])>,
 }
 
 /// The loose leaves that a view draws.
@@ -289,6 +292,7 @@ impl ViewState {
             frame: group(),
             shadow_frames: (0..cascades).map(|_| group()).collect(),
             shadows: shadows.then(|| Shadows::new(device)),
+            shadow_turns: ShadowTurns::default(),
             sky: None,
             bound: None,
             forest: forest.id(),
