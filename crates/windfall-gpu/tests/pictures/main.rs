@@ -521,7 +521,10 @@ fn a_tree_where_cascades_meet_is_shaded_alike() {
         let (least, most) =
             losses.iter().fold((f32::MAX, 0.0f32), |(a, b), &l| (a.min(l), b.max(l)));
         assert!(least > 0.5, "{boundary} m, {elevation} rad: {losses:?}");
-        assert!(most < 1.15 * least, "{boundary} m, {elevation} rad: {losses:?}");
+        // Of this tree leaves are half a metre long: in two triangles they close the gaps between their lobes, of which
+        // the farthest map has lost some already. At 0.1 rad, where a tree takes 1 of 255, that is 16%; else below 10%.
+        let bound = if elevation < 0.2 { 1.2 } else { 1.1 };
+        assert!(most < bound * least, "{boundary} m, {elevation} rad: {losses:?}");
     }
 }
 
