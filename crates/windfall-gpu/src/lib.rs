@@ -41,6 +41,7 @@ pub use scene::falls::Falls;
 pub use scene::forest::{Forest, ForestError, ForestTotals, Moment, TreeId, TreePlace};
 pub use scene::model::{ModelError, TreeModel, model_bytes};
 pub use scene::sky_map::{SkyMap, SkyPicture, SkyPictureError};
+pub use view::budget::FrameBudget;
 pub use view::camera::{Camera, Projection, ViewError};
 pub use view::culling::Culling;
 pub use view::description::{Trail, View};

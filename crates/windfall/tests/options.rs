@@ -8,19 +8,17 @@ use windfall::light::Ambient;
 use windfall::material::{Bark, BarkPattern, Image, Material, Surface};
 use windfall::path::{FallSettings, Hashed, PathSet, Variation};
 use windfall::shed::Shedding;
-use windfall::simplify::{
-    Fade, FadeBy, FadeRange, FrameBudget, Growth, PruneOrder, Reduction, Simplification,
-};
+use windfall::simplify::{Fade, FadeBy, FadeRange, Growth, PruneOrder, Reduction, Simplification};
 use windfall::tree::{
     GrowOptions, ImportOptions, LeafCount, Species, Tree, Wood, WoodVertex, prepare,
     prepare_in_order,
 };
 use windfall::wind::Wind;
 use windfall::{
-    Camera, Capture, CountReadback, Culling, DebugView, DepthOnly, Falls, Forest, HostCascade,
-    HostLight, HostShadow, Layers, Light, Moment, Options, Picture, Projection, Quality, Recording,
-    Renderer, Requirements, Sky, SkyMap, SkyPicture, Timing, Trail, TreeModel, TreePlace, View,
-    wgpu,
+    Camera, Capture, CountReadback, Culling, DebugView, DepthOnly, Falls, Forest, FrameBudget,
+    HostCascade, HostLight, HostShadow, Layers, Light, Moment, Options, Picture, Projection,
+    Quality, Recording, Renderer, Requirements, Sky, SkyMap, SkyPicture, Timing, Trail, TreeModel,
+    TreePlace, View, wgpu,
 };
 
 const SIZE: (u32, u32) = (64, 36);
@@ -205,7 +203,8 @@ fn every_option_is_built_through_the_facade() {
         assert!(rgba.chunks(4).any(|p| p[..3] != rgba[..3]), "view {i} shows one colour alone");
     }
     let mut budget = FrameBudget::new(0.02);
-    budget.frame(&mut Simplification::default(), 0.03);
+    budget.frame(0.03);
+    budget.apply(&mut View::new(Camera::look_at(DVec3::ZERO, DVec3::X, 0.9, 0.1)));
 }
 
 #[test]

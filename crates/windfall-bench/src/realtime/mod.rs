@@ -13,7 +13,7 @@ use floor::Floor;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use windfall_gpu::{Quality, View};
+use windfall_gpu::{FrameBudget, Quality, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::parse_size;
 use windfall_scenes::{NAMES, Scene, Source, Stage, named};
@@ -26,6 +26,8 @@ const SPEED: f64 = 0.5;
 const SHADOW_PERIOD: u32 = 8;
 /// Frames that are drawn first and not measured: pipelines compile.
 const WARM: u32 = 3;
+/// Seconds in which a budget has to settle before frames are measured.
+const SETTLING: f64 = 2.0;
 /// The name of a meadow without trees.
 const EMPTY: &str = "empty";
 
@@ -47,6 +49,9 @@ pub struct Args {
     /// Without shadows
     #[arg(long)]
     no_shadows: bool,
+    /// Hold this time per frame, milliseconds: the view gives up what it may
+    #[arg(long, value_name = "MS", value_parser = parse_budget)]
+    budget: Option<f32>,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -73,6 +78,15 @@ struct Row {
     first_frame_ms: f64,
     /// Triangles that the last frame drew, which the floor draws too.
     triangles: u64,
+    /// With a budget: how much of what may be given up is, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saving: Option<f32>,
+}
+
+/// Reads a time per frame.
+fn parse_budget(text: &str) -> Result<f32, String> {
+    let ms: Option<f32> = text.parse().ok().filter(|ms| (0.1..=10_000.0).contains(ms));
+    ms.ok_or_else(|| "is not 0.1 to 10000 milliseconds".to_owned())
 }
 
 /// A scene by name or file, with its stage.
@@ -140,22 +154,40 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let mut floor: Option<Floor> = None;
             let (mut frames, mut floors) = (Vec::new(), Vec::new());
             let (mut first_frame_ms, mut triangles) = (0.0, 0);
-            for frame in 0..WARM + args.frames {
-                let (time, view) = step(&scene, &stage, frame, quality, !args.no_shadows);
+            let mut budget = args.budget.map(|ms| FrameBudget::new(ms * 1e-3));
+            let (mut frame, mut settling) = (0, 0.0);
+            while frames.len() < args.frames as usize {
+                let (time, mut view) = step(&scene, &stage, frame, quality, !args.no_shadows);
+                if let Some(budget) = &budget {
+                    budget.apply(&mut view);
+                }
                 let measured = harness.measure(&mut gpu, &mut planted, (time, &view))?;
+                if frame > 0
+                    && let Some(budget) = &mut budget
+                {
+                    budget.frame(measured.wall_ms as f32 * 1e-3);
+                    settling += measured.wall_ms * 1e-3;
+                }
                 if frame == 0 {
                     first_frame_ms = start.elapsed().as_secs_f64() * 1e3;
                 }
                 triangles = measured.counts.trees.triangles;
-                if frame + 1 == WARM {
-                    floor = Some(Floor::new(&gpu, args.size, triangles));
+                frame += 1;
+                if frame < WARM || budget.is_some() && settling < SETTLING {
+                    continue;
                 }
-                let Some(floor) = floor.as_ref() else { continue };
+                let floor = match &floor {
+                    Some(floor) => floor,
+                    None => {
+                        let new = floor.insert(Floor::new(&gpu, args.size, triangles));
+                        new.measure(&gpu)?;
+                        new
+                    }
+                };
+                // Its pipeline compiles in a first frame.
                 let bare = floor.measure(&gpu)?;
-                if frame >= WARM {
-                    frames.push(measured.wall_ms);
-                    floors.push(bare);
-                }
+                frames.push(measured.wall_ms);
+                floors.push(bare);
             }
             let ratios: Vec<f64> = frames.iter().zip(&floors).map(|(a, b)| a / b).collect();
             let row = Row {
@@ -166,11 +198,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 ratio: Quartiles::of(&ratios),
                 first_frame_ms,
                 triangles,
+                saving: budget.as_ref().map(FrameBudget::saving),
             };
             println!(
                 "{:<22} {:<7} {:>28} {:>24} {:>20} {:>12.0}",
                 row.name, row.quality, row.frame_ms, row.floor_ms, row.ratio, row.first_frame_ms
             );
+            if let Some(saving) = row.saving {
+                println!(
+                    "    saves {saving:.2} of what may be given up, {SETTLING} s after it began"
+                );
+            }
             scenes.push(row);
         }
     }

@@ -5,14 +5,12 @@
 //! `λN` of its `N` leaves in prune order, larger and with less contrast. [`Simplification::level`] is
 //! the reference for the shaders.
 
-mod budget;
 mod level;
 mod order;
 mod shape;
 mod wood;
 
 pub use crate::foliage::{Shading, Visibility, area_scale, share_for};
-pub use budget::FrameBudget;
 pub use level::{Level, Seen, contrast, variance_left};
 pub use order::{PruneOrder, UnknownPruneOrder};
 pub use shape::{LIT_AT_VERTICES, LeafForm, SHADE_SPREAD, as_quad};
