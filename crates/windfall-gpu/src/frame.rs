@@ -511,7 +511,7 @@ impl Renderer {
     fn ground_of(&self, pass: &mut TimedPass<'_, '_>, forest: &Forest, view: &View) {
         if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.leaves_alone()) {
             pass.part("ground", |pass| {
-                ground.draw(pass, &forest.ground, view.quality.ground_detail)
+                ground.draw(pass, &forest.ground, view.quality.ground_detail);
             });
         }
     }

@@ -27,7 +27,7 @@ impl Ground {
                 label: "ground",
                 module: &GROUND,
                 groups: &[&layouts.frame],
-                buffers: &[vertices.clone()],
+                buffers: std::slice::from_ref(&vertices),
                 cull: Some(wgpu::Face::Back),
                 vertex: "vertex",
                 fragment: Some("fragment"),

@@ -131,7 +131,7 @@ mod tests {
             turns.next(&eye(x), (sun, time), 64, shown).1
         };
         assert_eq!(changed(SUN, 0.01, 0.0, SHOWN), [false; CASCADES]);
-        let sun = Vec3::new(0.6, 0.79, 0.01).normalize();
+        let sun = Vec3::new(0.6, 0.79, 0.01).normalize_or_zero();
         assert_eq!(changed(sun, 0.01, 0.0, SHOWN), [true; CASCADES]);
         assert_eq!(changed(SUN, 9.0, 0.0, SHOWN), [true; CASCADES]);
         for shown in [Shown { structure: 2, ..SHOWN }, Shown { size: 512, ..SHOWN }] {
