@@ -176,15 +176,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 if frame < WARM || budget.is_some() && settling < SETTLING {
                     continue;
                 }
-                let floor = match &floor {
-                    Some(floor) => floor,
-                    None => {
-                        let new = floor.insert(Floor::new(&gpu, args.size, triangles));
-                        new.measure(&gpu)?;
-                        new
-                    }
+                let floor = if let Some(floor) = &floor {
+                    floor
+                } else {
+                    let new = floor.insert(Floor::new(&gpu, args.size, triangles));
+                    // Its pipeline compiles in a first frame.
+                    new.measure(&gpu)?;
+                    new
                 };
-                // Its pipeline compiles in a first frame.
                 let bare = floor.measure(&gpu)?;
                 frames.push(measured.wall_ms);
                 floors.push(bare);

@@ -4,7 +4,7 @@
 
 const ENOUGH_PIXELS: u32 = 3u;
 // Bits of the state: pixels counted by the test; frames until the next test (two bits); flags. 0 is an unknown leaf.
-const PIXELS: u32 = 0xffffffu;
+const COUNTED: u32 = 0xffffffu;
 const FRAMES: u32 = 24u;
 const HIDDEN: u32 = 0x04000000u;
 const TESTED: u32 = 0x08000000u;
@@ -23,7 +23,7 @@ fn next_state(state: u32, index: u32) -> u32 {
         frames = index % 3u;
         hidden = 0u;
     } else if (state & TESTED) != 0u {
-        let visible = (state & PIXELS) >= ENOUGH_PIXELS;
+        let visible = (state & COUNTED) >= ENOUGH_PIXELS;
         frames = select(3u, 2u, visible);
         hidden = select(HIDDEN, 0u, visible);
     }
