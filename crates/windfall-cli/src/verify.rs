@@ -26,6 +26,8 @@ pub struct Args {
 const SPREAD: f32 = 1000.0;
 /// A light wind, m/s.
 const LIGHT_WIND: f32 = 2.0;
+/// Winds of a whole autumn: of every heading, up to [`LIGHT_WIND`].
+const WINDS: u32 = 32;
 
 /// Prints all tables. Any figure outside of its range is an error.
 pub fn run(args: &Args) -> Result<()> {
@@ -47,7 +49,10 @@ pub fn run(args: &Args) -> Result<()> {
              each within 25%",
             colors(),
         ),
-        ("Litter of one tree in a light wind (2 m/s)", litter()),
+        (
+            "Litter of one tree: maple in winds of every heading up to 2 m/s, birch in a wind of 2 m/s",
+            litter(),
+        ),
     ] {
         writeln!(out, "\n{title}\n")?;
         table(&mut out, &rows)?;
@@ -133,12 +138,12 @@ fn colors() -> Vec<Check> {
 
 /// Distances from the trunk at which leaves of a tree land, metres, with their heights on the twig as shares of the
 /// tree's.
-fn landings(tree: &Tree) -> Vec<(f64, f32)> {
+fn landings(tree: &Tree, winds: &[Wind]) -> Vec<(f64, f32)> {
     let paths = PathSet::builtin();
     let ground = Terrain::flat();
-    let wind = Wind::new(LIGHT_WIND, 0.3, 0.6, 1);
     let settings = FallSettings::default();
-    let fall = Fall::new(&paths, &ground, wind, Variation::default(), settings);
+    let fall = |wind| Fall::new(&paths, &ground, wind, Variation::default(), settings);
+    let falls: Vec<Fall<'_>> = winds.iter().map(|&wind| fall(wind)).collect();
     let group = paths.group(&tree.name).unwrap_or(0);
     let instance = Instance {
         model: 0,
@@ -153,6 +158,7 @@ fn landings(tree: &Tree) -> Vec<(f64, f32)> {
     leaves
         .map(|(i, leaf)| {
             let detach = f64::from(SPREAD * unit(hash(0x11f7, i)));
+            let fall = &falls[i as usize % falls.len()];
             let landing = fall.landing(&LeafFall::of(&instance, leaf, group, detach));
             (f64::from(landing.position.with_y(0.0).length()), leaf.center.y / height)
         })
@@ -185,9 +191,16 @@ fn litter() -> Vec<Check> {
         value,
     };
     let maple = Species::Maple.grow_with(1, 20_000);
-    let far = landings(&maple);
-    // Leaves on each square metre of rings two metres wide, out to where a ring has fewer than ten.
-    let rings = (0..30u32).map_while(|ring| {
+    let wind = |speed: f32, heading: f32| Wind::new(speed, heading, 0.6, 1);
+    let all: Vec<Wind> = (0..WINDS)
+        .map(|i| {
+            let heading = std::f32::consts::TAU * i as f32 / WINDS as f32;
+            wind(LIGHT_WIND * unit(hash(0x317d, i)), heading)
+        })
+        .collect();
+    let far = landings(&maple, &all);
+    // Leaves on each square metre of rings two metres wide that have ten or more.
+    let rings = (0..30u32).filter_map(|ring| {
         let (from, to) = (f64::from(2 * ring), f64::from(2 * ring + 2));
         let count = far.iter().filter(|(d, _)| (from..to).contains(d)).count();
         let area = std::f64::consts::PI * (to * to - from * from);
@@ -196,7 +209,7 @@ fn litter() -> Vec<Check> {
     let height = f64::from(maple.bounds().1.y);
     let share = far.iter().filter(|(d, _)| *d <= height).count() as f64 / far.len() as f64;
     // No willow is built in; a birch has leaves as light and as narrow.
-    let birch = landings(&Species::Birch.grow_with(1, 5000));
+    let birch = landings(&Species::Birch.grow_with(1, 5000), &[wind(LIGHT_WIND, 0.3)]);
     let of = |from: f32, to: f32| {
         let some = birch.iter().filter(|l| (from..to).contains(&l.1)).map(|l| l.0);
         median(some.collect())

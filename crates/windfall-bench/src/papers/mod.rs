@@ -2,6 +2,7 @@
 
 pub mod compare;
 mod falling;
+mod limits;
 mod report;
 mod simplified;
 
@@ -54,7 +55,8 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
 fn measure(gpu: &mut Gpu, quick: bool, number: usize) -> anyhow::Result<(Vec<Table>, Vec<Plot>)> {
     println!("{}, {}", gpu.adapter, gpu.driver);
     let mut plots = Vec::new();
-    let mut tables = falling::walk(gpu, quick, number, &mut plots)?;
+    let mut tables = vec![limits::measure(gpu, quick)?];
+    tables.extend(falling::walk(gpu, quick, number, &mut plots)?);
     tables.push(falling::table_of_2007(gpu, quick)?);
     tables.extend(simplified::measure(gpu, quick, number, &mut plots)?);
     Ok((tables, plots))

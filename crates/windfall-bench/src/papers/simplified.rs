@@ -56,7 +56,7 @@ fn over_h(
     plots: &mut Vec<Plot>,
 ) -> anyhow::Result<Table> {
     let size = if quick { (400, 300) } else { (800, 600) };
-    let frames = if quick { 1 } else { 5 };
+    let frames = if quick { 3 } else { 5 };
     println!("figure 5 of SFS");
     let harness = Harness::new(gpu, size)?;
     let stage = forest(papers10().to_vec(), 1000);
