@@ -594,8 +594,8 @@ mod tests {
         // The column is that of the name's first letter.
         for (field, message) in [
             (
-                r#"    strategy: "cpu""#,
-                "line 2, column 16: strategy \"cpu\" is not known; \
+                r#"    strategy: "gpu""#,
+                "line 2, column 16: strategy \"gpu\" is not known; \
                  there are: vertex, fragment, vertex-buffer, cpu, compute",
             ),
             (

@@ -3,6 +3,7 @@
 pub mod compare;
 mod falling;
 mod limits;
+mod pictures;
 mod report;
 mod simplified;
 
@@ -39,8 +40,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         for (name, svg) in plots {
             write_text(&args.out.join(name), &svg)?;
         }
+        let figures = pictures::draw(&mut gpu, &args.out, number)?;
         let (adapter, driver) = (gpu.adapter.clone(), gpu.driver.clone());
-        report.adapters.push(AdapterReport { adapter, driver, tables });
+        report.adapters.push(AdapterReport { adapter, driver, tables, figures });
         // After each adapter: what is measured is not lost if the next one fails.
         write(&args.out, &report)
     })

@@ -1,8 +1,10 @@
 //! Tables of measurements beside what the papers print: one model for the text, the numbers and their comparison.
 
+use crate::image::LinearImage;
 use crate::statistics::Quartiles;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+use std::path::Path;
 
 /// All that a run has measured.
 #[derive(Debug, Serialize, Deserialize)]
@@ -20,6 +22,31 @@ pub struct AdapterReport {
     pub adapter: String,
     pub driver: String,
     pub tables: Vec<Table>,
+    /// Figures that are pictures.
+    #[serde(default)]
+    pub figures: Vec<Figure>,
+}
+
+/// A picture beside the report.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Figure {
+    pub title: String,
+    /// The file, below the folder of the report.
+    pub file: String,
+}
+
+impl Figure {
+    /// Writes a picture as PNG.
+    pub fn save(
+        image: &LinearImage,
+        folder: &Path,
+        name: String,
+        title: &str,
+    ) -> anyhow::Result<Self> {
+        let file = format!("papers/{name}.png");
+        image.save_png(&folder.join(&file))?;
+        Ok(Self { title: title.to_owned(), file })
+    }
 }
 
 /// A table or figure of a paper.
@@ -68,6 +95,12 @@ impl Report {
             let _ = writeln!(out, "## {}\n\nDriver: {}\n", adapter.adapter, adapter.driver);
             for table in &adapter.tables {
                 table.markdown(&mut out);
+            }
+            if !adapter.figures.is_empty() {
+                out.push_str("### Figures that are pictures\n\n");
+            }
+            for Figure { title, file } in &adapter.figures {
+                let _ = writeln!(out, "{title}:\n\n![{title}]({file})\n");
             }
         }
         out.truncate(out.trim_end().len());
@@ -118,8 +151,13 @@ pub mod tests {
             remark: "Agrees.".into(),
             plot: Some("papers/t.svg".into()),
         };
-        let adapter =
-            AdapterReport { adapter: "A".into(), driver: "D 1".into(), tables: vec![table] };
+        let figure = Figure { title: "Trees".into(), file: "papers/trees.png".into() };
+        let adapter = AdapterReport {
+            adapter: "A".into(),
+            driver: "D 1".into(),
+            tables: vec![table],
+            figures: vec![figure],
+        };
         Report { version: "1".into(), quick: true, adapters: vec![adapter] }
     }
 
@@ -132,6 +170,7 @@ pub mod tests {
             "| vertex | 2.00 (1.00..3.00) | 0.25 | 0.12 | 7 leaves |",
             "![Table 1](papers/t.svg)",
             "Agrees.",
+            "Trees:\n\n![Trees](papers/trees.png)",
         ] {
             assert!(text.contains(part), "{part} in {text}");
         }
