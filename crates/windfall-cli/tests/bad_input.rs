@@ -123,7 +123,10 @@ fn reports_are_compared_and_what_got_slower_is_an_error() {
     place.write("other.json", "{}");
     let printed = place.succeed("bench compare before.json near.json");
     assert!(printed.contains("1 rows, 0 slower"), "{printed}");
-    place.fail(1, "bench compare before.json slow.json", &["1 of 1 got slower"]);
+    let slow = place.run("bench compare before.json slow.json");
+    assert_eq!(slow.code, Some(1), "{slow:?}");
+    assert!(slow.stdout.contains("slower  1.50 x  A: walk: vertex"), "{slow:?}");
+    assert!(slow.stderr.contains("1 of 1 got slower"), "{slow:?}");
     place.fail(1, "bench compare before.json full.json", &["short run", "full run"]);
     place.fail(1, "bench compare before.json other.json", &["other.json", "not a report"]);
     place.fail(1, "bench compare before.json none.json", &["none.json"]);
