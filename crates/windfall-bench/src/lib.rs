@@ -12,6 +12,7 @@ mod falling;
 mod harness;
 mod image;
 mod output;
+mod papers;
 mod picture;
 mod plot;
 mod realtime;
@@ -30,6 +31,10 @@ pub struct Args {
 enum Benchmark {
     /// Falling leaves: strategies over a walkthrough, a million leaves, cost against count
     Falling(falling::Args),
+    /// What got slower from one report of `bench papers` to another
+    Compare(papers::compare::Args),
+    /// The tables and figures of the papers, beside what they print
+    Papers(papers::Args),
     /// Presets of quality and single effects, over the named scenes
     Picture(picture::Args),
     /// Whole frames of a walk, beside the least that a frame can take
@@ -47,6 +52,8 @@ enum Benchmark {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.benchmark {
         Benchmark::Falling(args) => falling::run(args),
+        Benchmark::Compare(args) => papers::compare::run(args),
+        Benchmark::Papers(args) => papers::run(args),
         Benchmark::Picture(args) => picture::run(args),
         Benchmark::Realtime(args) => realtime::run(args),
         Benchmark::Simplification(args) => simplification::run(args),

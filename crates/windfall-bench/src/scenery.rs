@@ -4,7 +4,7 @@ use glam::Mat4;
 use windfall_core::forest::Forest;
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Light, Projection, Sky, View};
-use windfall_scenes::{Elimination, Stage, Strategy};
+use windfall_scenes::{Elimination, LandingSearch, Stage, Strategy};
 
 /// A stage in the middle of autumn, whose falling leaves are posed in a compute shader.
 pub fn stage(trees: Vec<Tree>, forest: Forest, falls: Falls) -> Stage {
@@ -16,7 +16,8 @@ pub fn stage(trees: Vec<Tree>, forest: Forest, falls: Falls) -> Stage {
         strategy: Strategy::Compute,
         elimination: Elimination::default(),
         elimination_per_frame: 0,
-        leaf_occlusion: false,
+        leaf_occlusion: None,
+        landing_search: LandingSearch::default(),
         events: Vec::new(),
     }
 }

@@ -1,9 +1,9 @@
 //! Medians, quartiles and straight lines through measured points.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Median and quartiles.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quartiles {
     pub low: f64,
     pub median: f64,

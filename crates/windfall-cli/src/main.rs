@@ -15,6 +15,7 @@ mod reading;
 mod render;
 mod simplify;
 mod tree;
+mod verify;
 
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -65,6 +66,8 @@ enum Command {
     Simplify(simplify::Args),
     /// Simulate, import, inspect and measure fall paths
     Path(path::Args),
+    /// Hold flight, crowns, litter and leaf colours against published observations
+    Verify(verify::Args),
     /// Measure what falling leaves cost on this machine's GPU
     Bench(Box<windfall_bench::Args>),
     /// List the built-in scenes
@@ -96,6 +99,7 @@ fn main() -> ExitCode {
         Command::Tree(args) => tree::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
+        Command::Verify(args) => verify::run(&args),
         Command::Bench(args) => windfall_bench::run(&args),
         Command::Scenes { name } => scenes(name.as_deref()),
         Command::Completions { shell } => completions(shell),

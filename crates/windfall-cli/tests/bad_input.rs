@@ -105,6 +105,34 @@ fn bad_scene_files_are_named_with_the_place() {
 }
 
 #[test]
+fn reports_are_compared_and_what_got_slower_is_an_error() {
+    let place = Place::new();
+    let report = |low: f64, quick: bool| {
+        let ms = json!({ "low": low, "median": 1.1 * low, "high": 1.2 * low });
+        let row =
+            json!({ "name": "vertex", "ms": ms, "measured": 0.5, "printed": null, "notes": "" });
+        let table = json!({ "id": "walk", "title": "", "scene": "", "ratio": "", "rows": [row],
+            "remark": "", "plot": null });
+        let adapter = json!({ "adapter": "A", "driver": "", "tables": [table] });
+        json!({ "version": "1", "quick": quick, "adapters": [adapter] }).to_string()
+    };
+    place.write("before.json", report(10.0, true));
+    place.write("near.json", report(10.5, true));
+    place.write("slow.json", report(15.0, true));
+    place.write("full.json", report(10.0, false));
+    place.write("other.json", "{}");
+    let printed = place.succeed("bench compare before.json near.json");
+    assert!(printed.contains("1 rows, 0 slower"), "{printed}");
+    let slow = place.run("bench compare before.json slow.json");
+    assert_eq!(slow.code, Some(1), "{slow:?}");
+    assert!(slow.stdout.contains("slower  1.50 x  A: walk: vertex"), "{slow:?}");
+    assert!(slow.stderr.contains("1 of 1 got slower"), "{slow:?}");
+    place.fail(1, "bench compare before.json full.json", &["short run", "full run"]);
+    place.fail(1, "bench compare before.json other.json", &["other.json", "not a report"]);
+    place.fail(1, "bench compare before.json none.json", &["none.json"]);
+}
+
+#[test]
 fn leaf_occlusion_is_on_or_off_and_its_view_needs_it() {
     let place = Place::new();
     place.fail(2, "render small.ron --leaf-occlusion maybe --out out.png", &["neither on nor off"]);

@@ -35,6 +35,8 @@ pub struct Gpu {
     pub profiler: GpuProfiler,
     /// Name and backend of the adapter, for people.
     pub adapter: String,
+    /// What drives the adapter, with its version.
+    pub driver: String,
     /// Whether fragment shaders may write to storage buffers, which leaf occlusion needs.
     pub fragment_stores: bool,
     /// The first uncaptured error since the last [`Gpu::check`].
@@ -81,6 +83,35 @@ impl Gpu {
         .into())
     }
 
+    /// Opens every adapter that `WGPU_BACKEND` lets through and that can draw a forest, one at a time, for `each`;
+    /// with `WGPU_ADAPTER_NAME` the one of that name alone.
+    ///
+    /// # Errors
+    ///
+    /// [`NoAdapter`] if there is none; those of `each`.
+    pub fn for_each(mut each: impl FnMut(Self) -> anyhow::Result<()>) -> anyhow::Result<()> {
+        if std::env::var("WGPU_ADAPTER_NAME").is_ok_and(|name| !name.is_empty()) {
+            return each(Self::open()?);
+        }
+        let backends = requested_backends(std::env::var("WGPU_BACKEND").ok().as_deref())?;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+        });
+        let mut any = false;
+        for adapter in pollster::block_on(instance.enumerate_adapters(backends)) {
+            match Self::with_adapter(&adapter) {
+                Ok(gpu) => {
+                    any = true;
+                    each(gpu)?;
+                }
+                Err(error) => tracing::warn!("{}: {error:#}", adapter.get_info().name),
+            }
+        }
+        // Says why there is none.
+        if any { Ok(()) } else { each(Self::open()?) }
+    }
+
     fn with_adapter(adapter: &wgpu::Adapter) -> anyhow::Result<Self> {
         let info = adapter.get_info();
         tracing::info!("adapter {} ({}), driver {}", info.name, info.backend, info.driver_info);
@@ -113,7 +144,8 @@ impl Gpu {
         let flags = adapter.get_downlevel_capabilities().flags;
         let fragment_stores = flags.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE);
         let adapter = format!("{} ({})", info.name, info.backend);
-        Ok(Self { device, queue, profiler, adapter, fragment_stores, failure })
+        let driver = format!("{} {}", info.driver, info.driver_info).trim().to_owned();
+        Ok(Self { device, queue, profiler, adapter, driver, fragment_stores, failure })
     }
 
     /// Takes the first uncaptured error of the device, if it had one.

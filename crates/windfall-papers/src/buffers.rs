@@ -1,12 +1,13 @@
 //! The lists of a forest's leaves on the GPU, and what is posed of them.
 
-use crate::active_leaves::{ActiveLeaves, ListMoment};
+use crate::active_leaves::{ActiveLeaves, ListMoment, fall_of};
 use crate::arena::{Arena, BLOCK_SIZE, Region, Upload};
 use crate::layer::ListOptions;
+use crate::look::{airborne_leaf, litter_leaf};
 use crate::options::Strategy;
 use crate::pass::PublishedPasses;
 use crate::pass::occlusion::Visibility;
-use crate::shared::FallingLeaf;
+use crate::shared::{FallingLeaf, LitterLeaf};
 use crate::streams::Streams;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
@@ -73,6 +74,8 @@ pub enum Posed {
     Leaves(PosedLeaves),
     /// Textures with a texel per vertex, and the buffers that they are copied to.
     Vertices(PosedVertices),
+    /// A buffer of instances that the CPU fills in every frame.
+    Uploaded(wgpu::Buffer),
 }
 
 pub struct PosedLeaves {
@@ -177,7 +180,13 @@ impl LeafBuffers {
         let mut out = Self {
             strategy: passes.strategy(),
             tables_group: passes.tables_group(&uniform, &table_view(device, queue, table)),
-            lists: ActiveLeaves::new(device, streams, forest, options.elimination),
+            lists: ActiveLeaves::new(
+                device,
+                streams,
+                forest,
+                options.elimination,
+                passes.options(),
+            ),
             shapes,
             uniform,
             posed: Posed::Nothing,
@@ -216,6 +225,7 @@ impl LeafBuffers {
         // In every frame: an encoder may have been dropped.
         match &self.posed {
             Posed::Nothing => {}
+            Posed::Uploaded(buffer) => pose_on_cpu(queue, buffer, &self.lists, forest, time),
             Posed::Leaves(PosedLeaves { source, .. })
             | Posed::Vertices(PosedVertices { source, .. }) => {
                 source.fill(recording.encoder, &self.lists.active);
@@ -247,6 +257,12 @@ impl LeafBuffers {
                 })
             }
             Strategy::VertexBuffer => self.posed_vertices(passes, leaf_rows),
+            Strategy::Cpu => Posed::Uploaded(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("leaves posed by the CPU"),
+                size: u64::from(leaf_rows * BLOCK_SIZE) * size_of::<LitterLeaf>() as u64,
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })),
         };
     }
 
@@ -302,6 +318,35 @@ impl LeafBuffers {
         regions
             .filter(|(_, (_, region))| !region.items.is_empty())
             .map(|(i, (shape, region))| (i, shape, region.range()))
+    }
+}
+
+/// Poses the active leaves on the CPU and uploads them (VB 6.3).
+fn pose_on_cpu(
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    lists: &ActiveLeaves,
+    forest: &Forest,
+    time: f64,
+) {
+    let Some(falls) = &lists.falls else { return };
+    let fall = fall_of(forest);
+    let mut posed: Vec<LitterLeaf> = Vec::new();
+    for (i, region) in lists.active.regions.iter().enumerate() {
+        let batch = &lists.streams.batches[i / 2];
+        let model = &lists.streams.models[batch.model].uniform;
+        posed.clear();
+        posed.extend(region.items.iter().zip(&region.owners).map(|(leaf, &slot)| {
+            let landing = f64::from(leaf.detach_time) + f64::from(leaf.landing.w);
+            match falls[slot as usize].as_deref().filter(|_| time < landing) {
+                Some((of, end)) => airborne_leaf((leaf, model), (&fall, of, end), forest, time),
+                None => litter_leaf(leaf, model, forest.season()),
+            }
+        }));
+        if !posed.is_empty() {
+            let at = u64::from(region.first) * size_of::<LitterLeaf>() as u64;
+            queue.write_buffer(buffer, at, bytemuck::cast_slice(&posed));
+        }
     }
 }
 

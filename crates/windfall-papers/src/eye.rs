@@ -1,8 +1,7 @@
 //! From which distance on a leaf is small enough for two triangles.
 
-use crate::streams::world_from_tree;
 use glam::Vec3;
-use windfall_gpu::internals::shared::{Crown, TreeList, TreeRecord};
+use windfall_gpu::internals::shared::TreeList;
 
 /// Distance travelled after which the count restarts, metres: keeps the sum precise.
 const LONGEST_TRAVEL: f32 = 1000.0;
@@ -46,12 +45,6 @@ impl Eye {
     pub fn margin_of_segment(&self, length: f32, (from, to): (Vec3, Vec3), reach: f32) -> f32 {
         distance_to_segment(self.at, from, to) - reach - length * self.per_metre
     }
-
-    /// The same for all leaves on a tree.
-    pub fn margin_of_tree(&self, tree: &TreeRecord, crown: &Crown) -> f32 {
-        let near = (crown.radius + crown.leaf_length * self.per_metre) * tree.scale;
-        self.at.distance(world_from_tree(tree, crown.center)) - near
-    }
 }
 
 /// Distance of a point from the line segment between two others.
@@ -80,13 +73,9 @@ mod tests {
         let list = |eye, pixels| TreeList { eye, pixels, leaf_pixels: 10.0, ..TreeList::zeroed() };
         let mut eye = Eye::new();
         assert!(eye.follow(&list(Vec3::new(0.0, 0.0, 50.0), 500.0)), "there was no view");
-        let tree = TreeRecord { scale: 2.0, cos_yaw: 1.0, ..TreeRecord::zeroed() };
-        let crown = Crown { radius: 3.0, leaf_length: 0.1, ..Crown::zeroed() };
         let place = Vec3::new(0.0, 0.0, 40.0);
         // 0.1 m are 10 pixels at 5 m.
         assert_eq!(eye.margin_of_segment(0.1, (place, place), 1.0), 50.0 - 40.0 - 1.0 - 5.0);
-        // Those on the tree are twice as long, the nearest of them 6 m from its middle.
-        assert_eq!(eye.margin_of_tree(&tree, &crown), 50.0 - 6.0 - 10.0);
         assert!(!eye.follow(&list(Vec3::new(0.0, 0.0, 47.0), 500.0)));
         assert_eq!(eye.travelled, 3.0);
         assert_eq!(eye.margin(0.1, place), 2.0);

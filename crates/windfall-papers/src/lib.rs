@@ -4,20 +4,21 @@
 //! | VB | here |
 //! |---|---|
 //! | section 5, leaf elimination | [`Elimination`] |
-//! | section 5, leaf occlusion | `leaf_occlusion` of [`PublishedPasses::new`], [`OcclusionCounts`] |
-//! | section 6, vertex and fragment shaders, vertex buffers | [`Strategy`] |
+//! | section 5, search of the landing in the shader | [`LandingSearch`] |
+//! | section 5, leaf occlusion | [`LeafOcclusion`], [`OcclusionCounts`] |
+//! | section 6, vertex and fragment shaders, vertex buffers, the CPU | [`Strategy`] |
 //!
 //! A strategy is a [`windfall_gpu::Layer`] of a whole picture. The forest must not draw its loose leaves itself:
 //!
 //! ```no_run
 //! # use std::sync::Arc;
 //! # use windfall_gpu::{Falls, Forest, Picture, PictureTargets, Recording, Renderer, View, ViewState, wgpu};
-//! # use windfall_papers::{ListOptions, PublishedFalls, PublishedPasses, Strategy};
+//! # use windfall_papers::{ListOptions, PassOptions, PublishedFalls, PublishedPasses, Strategy};
 //! # fn frame(device: &wgpu::Device, renderer: &Renderer, falls: Falls, targets: &PictureTargets,
 //! #     output: &wgpu::TextureView, view: &View, state: &mut ViewState, recording: &mut Recording<'_>,
 //! #     terrain: windfall_core::forest::Terrain) -> Result<(), Box<dyn std::error::Error>> {
 //! // Once.
-//! let passes = Arc::new(PublishedPasses::new(device, Strategy::Fragment, false));
+//! let passes = Arc::new(PublishedPasses::new(device, PassOptions::new(Strategy::Fragment)));
 //! let capacity = falls.capacity;
 //! let falls = Falls { capacity: 0, ..falls };
 //! let mut forest = Forest::new(device, glam::DVec3::ZERO, terrain, falls)?;
@@ -39,6 +40,7 @@ mod arena;
 mod buffers;
 mod eye;
 mod layer;
+mod look;
 mod options;
 mod pass;
 mod shared;
@@ -47,5 +49,5 @@ mod streams;
 pub use layer::{
     LeafCounts, ListOptions, OcclusionCounts, OcclusionReadback, PublishedError, PublishedFalls,
 };
-pub use options::{Elimination, Strategy};
+pub use options::{Elimination, LandingSearch, LeafOcclusion, PassOptions, Strategy};
 pub use pass::{MODULES, PublishedPasses};

@@ -8,8 +8,8 @@ use windfall_gpu::UnknownName;
 /// Leaves on Graphics Hardware", JVRB 5(2), 2008 (VB), section 6.
 ///
 /// All give the picture of the renderer's own compute path. They need no compute shader: the list of active leaves is
-/// kept on the CPU, which takes a few tens of microseconds for each leaf that detaches; a jump in time rebuilds the
-/// list.
+/// kept on the CPU, which takes a few tens of microseconds for each leaf that detaches ([`LandingSearch::Ahead`]); a
+/// jump in time rebuilds the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Strategy {
     /// In the vertex shader, once per vertex (VB 6, first).
@@ -18,11 +18,13 @@ pub enum Strategy {
     Fragment,
     /// In a fragment shader, once per leaf vertex, into textures that are copied to vertex buffers (VB 6.2).
     VertexBuffer,
+    /// On the CPU, once per leaf, uploaded in every frame: what VB 6.3 compares with.
+    Cpu,
 }
 
 impl Strategy {
     /// All of them, in the paper's order.
-    pub const ALL: [Self; 3] = [Self::Vertex, Self::Fragment, Self::VertexBuffer];
+    pub const ALL: [Self; 4] = [Self::Vertex, Self::Fragment, Self::VertexBuffer, Self::Cpu];
 
     /// Its name on command lines and in scene files.
     pub fn name(self) -> &'static str {
@@ -30,6 +32,7 @@ impl Strategy {
             Self::Vertex => "vertex",
             Self::Fragment => "fragment",
             Self::VertexBuffer => "vertex-buffer",
+            Self::Cpu => "cpu",
         }
     }
 }
@@ -51,13 +54,74 @@ impl FromStr for Strategy {
     }
 }
 
+/// Who looks for the place where a leaf lands. Pictures do not depend on it, the time they take does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum LandingSearch {
+    /// The CPU, once, when the leaf detaches. The default.
+    #[default]
+    Ahead,
+    /// As in VB 5: the shader, in every frame, for every active leaf that may have reached the ground; a leaf costs
+    /// more once it lies, until it is eliminated. Leaves that lie count as falling until then, and none of those in the
+    /// air is drawn in two triangles. [`Elimination::Scheduled`] and [`Strategy::Cpu`] search ahead all the same.
+    InShader,
+}
+
+/// Leaves in the air that are not seen are skipped for some frames (leaf occlusion, VB 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct LeafOcclusion {
+    /// One of so many leaves that are seen is tested in a frame, 1 to 8. VB 2008: a third of the leaves, so 3, the
+    /// default; half of them in its figures.
+    pub one_in: u32,
+    /// Frames for which a leaf that is not seen is skipped, 1 to 7. VB: 2 to 4; default 3.
+    pub skip: u32,
+    /// Pixels from which on a leaf is seen, 1 to 1000. VB 2008: 3, the default.
+    pub pixels: u32,
+}
+
+impl Default for LeafOcclusion {
+    fn default() -> Self {
+        Self { one_in: 3, skip: 3, pixels: 3 }
+    }
+}
+
+impl LeafOcclusion {
+    /// The nearest that the shaders can do.
+    pub(crate) fn clamped(self) -> Self {
+        Self {
+            one_in: self.one_in.clamp(1, 8),
+            skip: self.skip.clamp(1, 7),
+            pixels: self.pixels.clamp(1, 1000),
+        }
+    }
+}
+
+/// What the pipelines of a strategy are built for: [`crate::PublishedPasses::new`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PassOptions {
+    /// Where poses are computed.
+    pub strategy: Strategy,
+    /// Who looks for landings.
+    pub landing: LandingSearch,
+    /// Leaf occlusion, if leaves are skipped. It needs fragment shaders that store.
+    pub occlusion: Option<LeafOcclusion>,
+}
+
+impl PassOptions {
+    /// A strategy with landings searched ahead, without leaf occlusion.
+    pub fn new(strategy: Strategy) -> Self {
+        Self { strategy, landing: LandingSearch::Ahead, occlusion: None }
+    }
+}
+
 /// When a landed leaf leaves the list of active leaves and becomes static geometry (leaf elimination, VB 5). Pictures
 /// do not depend on it, the time they take does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Elimination {
     /// Never: every detached leaf is posed in each frame, as in VB before section 5.
     Off,
-    /// As in VB: each frame tests the leaves that were tested longest ago, from two seconds after they detached.
+    /// As in VB: each frame tests some leaves on the CPU, those first that have been due longest. A leaf is due two
+    /// seconds after it detached (VB), or when it should have come down as fast as in these two seconds, if that is
+    /// later; one that is still in the air is due again when it should have come down as fast as so far.
     Progressive {
         /// Leaves tested in a frame; VB: 10 to 20.
         per_frame: u32,
@@ -113,7 +177,7 @@ mod tests {
         for elimination in Elimination::ALL {
             assert_eq!(elimination.to_string().parse(), Ok(elimination));
         }
-        let error = "cpu".parse::<Strategy>().unwrap_err().to_string();
-        assert!(error.contains("\"cpu\"") && error.contains("vertex-buffer"), "{error}");
+        let error = "gpu".parse::<Strategy>().unwrap_err().to_string();
+        assert!(error.contains("\"gpu\"") && error.contains("vertex-buffer"), "{error}");
     }
 }

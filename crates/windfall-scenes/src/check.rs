@@ -110,6 +110,10 @@ impl Scene {
         }
         name.number("loose_leaves", self.loose_leaves, 0, MOST_LEAVES)?;
         name.number("elimination_per_frame", self.elimination_per_frame, 1, MOST_LEAVES)?;
+        let rules = self.leaf_occlusion_rules;
+        name.number("leaf_occlusion_rules.one_in", rules.one_in, 1, 8)?;
+        name.number("leaf_occlusion_rules.skip", rules.skip, 1, 7)?;
+        name.number("leaf_occlusion_rules.pixels", rules.pixels, 1, 1000)?;
         if self.trails.len() > 4 {
             return fail("trails", self.trails.len().to_string(), "are more than 4");
         }

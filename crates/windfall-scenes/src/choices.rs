@@ -93,6 +93,8 @@ choices! {
         Fragment = "fragment",
         /// In a fragment shader, once per leaf vertex, into a vertex buffer.
         VertexBuffer = "vertex-buffer",
+        /// On the CPU, once per leaf, uploaded in every frame.
+        Cpu = "cpu",
         /// In a compute shader. The default.
         #[default]
         Compute = "compute",
@@ -108,6 +110,15 @@ choices! {
         /// At the moment of landing, which is known from the start. The default.
         #[default]
         Scheduled = "scheduled",
+    }
+
+    /// Who looks for the place where a leaf lands (VB 5). The picture is the same.
+    "landing_search" => LandingSearch {
+        /// The CPU, once, when the leaf detaches. The default.
+        #[default]
+        Ahead = "ahead",
+        /// As in VB: the shader, in every frame.
+        InShader = "in-shader",
     }
 
     /// Which trees are left out because they are not seen. The picture is the same.
@@ -151,7 +162,7 @@ mod tests {
     /// What is written here is in the files of users: none of it may change.
     #[test]
     fn names_are_those_that_files_have() {
-        assert_eq!(Strategy::NAMES, ["vertex", "fragment", "vertex-buffer", "compute"]);
+        assert_eq!(Strategy::NAMES, ["vertex", "fragment", "vertex-buffer", "cpu", "compute"]);
         assert_eq!(Elimination::NAMES, ["off", "progressive", "scheduled"]);
         assert_eq!(Culling::NAMES, ["off", "clip-space", "sphere", "occlusion"]);
         assert_eq!(QualityPreset::NAMES, ["low", "medium", "high"]);
@@ -166,9 +177,9 @@ mod tests {
     fn an_unknown_name_is_refused_with_those_that_there_are() {
         let message = |error: UnknownChoice| error.to_string();
         assert_eq!(
-            "cpu".parse::<Strategy>().map_err(message),
-            Err("strategy \"cpu\" is not known; there are: \
-                 vertex, fragment, vertex-buffer, compute"
+            "gpu".parse::<Strategy>().map_err(message),
+            Err("strategy \"gpu\" is not known; there are: \
+                 vertex, fragment, vertex-buffer, cpu, compute"
                 .to_owned())
         );
         // Names are exact: neither case nor space is forgiven, nor the name of another choice.

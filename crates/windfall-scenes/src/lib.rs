@@ -24,7 +24,9 @@ mod planted;
 mod stage;
 mod throw;
 
-pub use choices::{Culling, Elimination, QualityPreset, Strategy, TimeUnit, UnknownChoice};
+pub use choices::{
+    Culling, Elimination, LandingSearch, QualityPreset, Strategy, TimeUnit, UnknownChoice,
+};
 pub use falling::{FallEntry, PathEntry, VariationEntry};
 pub use named::{NAMES, named};
 pub use planted::{PlantedStage, StageCounts, StageError, StageReadback};
@@ -34,6 +36,7 @@ use serde::{Deserialize, Serialize};
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::{PruneOrder, Simplification};
 use windfall_core::{InputError, InputErrorKind};
+use windfall_papers::LeafOcclusion;
 use windfall_tree::{ImportOptions, Up};
 
 /// The version that this library reads and writes.
@@ -125,6 +128,12 @@ pub struct Scene {
     /// little on those that were drawn before. [`Strategy::Compute`] ignores it.
     #[serde(default)]
     pub leaf_occlusion: bool,
+    /// How many leaves are tested for it, how long they are skipped, and from which size on they are seen.
+    #[serde(default)]
+    pub leaf_occlusion_rules: OcclusionEntry,
+    /// Who looks for the place where a leaf lands. [`Strategy::Compute`] and [`Strategy::Cpu`] ignore it.
+    #[serde(default)]
+    pub landing_search: LandingSearch,
     /// Leaves that detach at a moment of their own, beside those of the season.
     #[serde(default)]
     pub events: Vec<EventEntry>,
@@ -153,6 +162,9 @@ pub struct Scene {
     /// Which trees are left out because they are not seen.
     #[serde(default)]
     pub culling: Culling,
+    /// Whether leaves inside of crowns are darker under the sky (VB 7.1); `None`: as `quality` says.
+    #[serde(default)]
+    pub ambient_occlusion: Option<bool>,
     /// What the picture may cost.
     #[serde(default)]
     pub quality: QualityPreset,
@@ -278,6 +290,31 @@ pub struct EventEntry {
     pub leaf: u32,
     /// When it detaches.
     pub time: f64,
+}
+
+/// Leaf occlusion: see [`windfall_papers::LeafOcclusion`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OcclusionEntry {
+    /// One of so many leaves that are seen is tested in a frame, 1 to 8.
+    pub one_in: u32,
+    /// Frames for which a leaf that is not seen is skipped, 1 to 7; VB: 2 to 4.
+    pub skip: u32,
+    /// Pixels from which on a leaf is seen, 1 to 1000.
+    pub pixels: u32,
+}
+
+impl Default for OcclusionEntry {
+    fn default() -> Self {
+        let LeafOcclusion { one_in, skip, pixels } = LeafOcclusion::default();
+        Self { one_in, skip, pixels }
+    }
+}
+
+impl From<OcclusionEntry> for LeafOcclusion {
+    fn from(OcclusionEntry { one_in, skip, pixels }: OcclusionEntry) -> Self {
+        Self { one_in, skip, pixels }
+    }
 }
 
 /// A wind with gusts: see [`windfall_core::wind::Wind::new`].
@@ -557,9 +594,9 @@ mod tests {
         // The column is that of the name's first letter.
         for (field, message) in [
             (
-                r#"    strategy: "cpu""#,
-                "line 2, column 16: strategy \"cpu\" is not known; \
-                 there are: vertex, fragment, vertex-buffer, compute",
+                r#"    strategy: "gpu""#,
+                "line 2, column 16: strategy \"gpu\" is not known; \
+                 there are: vertex, fragment, vertex-buffer, cpu, compute",
             ),
             (
                 r#"prune_order: "pink""#,

@@ -1,6 +1,6 @@
 //! A stage on a device: uploaded, planted, its events thrown; its pictures and their counts.
 
-use crate::{Elimination, Stage, Strategy};
+use crate::{Elimination, LandingSearch, Stage, Strategy};
 use glam::DVec3;
 use std::sync::Arc;
 use windfall_gpu::wgpu;
@@ -9,7 +9,7 @@ use windfall_gpu::{
     Recording, Renderer, TreeCounts, TreeId, TreeModel, View, ViewError, ViewState,
 };
 use windfall_papers::{
-    ListOptions, OcclusionReadback, PublishedError, PublishedFalls, PublishedPasses,
+    ListOptions, OcclusionReadback, PassOptions, PublishedError, PublishedFalls, PublishedPasses,
 };
 
 /// A stage in the memory of a GPU, for one view.
@@ -94,7 +94,9 @@ impl Stage {
             thrown.map_err(|error| refused(error.to_string()))?;
         }
         let published = strategy.map(|strategy| {
-            let passes = PublishedPasses::new(device, strategy, self.leaf_occlusion);
+            let landing = self.landing_search.published();
+            let options = PassOptions { strategy, landing, occlusion: self.leaf_occlusion };
+            let passes = PublishedPasses::new(device, options);
             let elimination = self.elimination.published(self.elimination_per_frame);
             let options = ListOptions { capacity: self.falls.capacity, elimination };
             PublishedFalls::new(&Arc::new(passes), &forest, options)
@@ -232,7 +234,18 @@ impl Strategy {
             Self::Vertex => Some(windfall_papers::Strategy::Vertex),
             Self::Fragment => Some(windfall_papers::Strategy::Fragment),
             Self::VertexBuffer => Some(windfall_papers::Strategy::VertexBuffer),
+            Self::Cpu => Some(windfall_papers::Strategy::Cpu),
             Self::Compute => None,
+        }
+    }
+}
+
+impl LandingSearch {
+    /// As the published strategies take it.
+    pub fn published(self) -> windfall_papers::LandingSearch {
+        match self {
+            Self::Ahead => windfall_papers::LandingSearch::Ahead,
+            Self::InShader => windfall_papers::LandingSearch::InShader,
         }
     }
 }

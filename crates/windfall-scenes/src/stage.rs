@@ -1,7 +1,8 @@
 //! From a scene to what the renderer takes. A scene's choices become the renderer's types here alone.
 
 use crate::{
-    CameraKey, Culling, Elimination, EventEntry, QualityPreset, Scene, Source, Strategy, TreeEntry,
+    CameraKey, Culling, Elimination, EventEntry, LandingSearch, QualityPreset, Scene, Source,
+    Strategy, TreeEntry,
 };
 use glam::{DVec2, DVec3, Vec2};
 use windfall_core::forest::{Forest, KeepOut, Placement, Terrain};
@@ -12,6 +13,7 @@ use windfall_core::tree::Tree;
 use windfall_core::wind::Wind;
 use windfall_core::{InputError, InputErrorKind};
 use windfall_gpu::{Camera, DebugView, Falls, Light, Sky, Trail, View};
+use windfall_papers::LeafOcclusion;
 use windfall_tree::{GrowOptions, Species, set_prune_order};
 
 /// A scene with its models grown or read and its trees placed.
@@ -31,8 +33,10 @@ pub struct Stage {
     pub elimination: Elimination,
     /// Leaves that [`Elimination::Progressive`] tests in a frame.
     pub elimination_per_frame: u32,
-    /// Whether leaves in the air that are not seen are skipped for some frames.
-    pub leaf_occlusion: bool,
+    /// How leaves in the air that are not seen are skipped for some frames, if they are.
+    pub leaf_occlusion: Option<LeafOcclusion>,
+    /// Who looks for the place where a leaf lands.
+    pub landing_search: LandingSearch,
     /// Leaves that detach at a moment of their own.
     pub events: Vec<EventEntry>,
 }
@@ -143,7 +147,8 @@ impl Scene {
             strategy: self.strategy,
             elimination: self.elimination,
             elimination_per_frame: self.elimination_per_frame,
-            leaf_occlusion: self.leaf_occlusion,
+            leaf_occlusion: self.leaf_occlusion.then(|| self.leaf_occlusion_rules.into()),
+            landing_search: self.landing_search,
             events: self.events.clone(),
         })
     }
@@ -204,8 +209,14 @@ impl Scene {
             shadow_detail: self.shadow_detail,
             shadow_period: 1,
             culling: self.culling.into(),
-            quality: self.quality.into(),
+            quality: self.quality_of_view(),
         }
+    }
+
+    fn quality_of_view(&self) -> windfall_gpu::Quality {
+        let preset = windfall_gpu::Quality::from(self.quality);
+        let ambient_occlusion = self.ambient_occlusion.unwrap_or(preset.ambient_occlusion);
+        windfall_gpu::Quality { ambient_occlusion, ..preset }
     }
 
     fn trails(&self) -> [Trail; 4] {
@@ -367,9 +378,11 @@ mod tests {
         let mut scene = named("lone-oak").unwrap();
         (scene.culling, scene.quality) = (Culling::ClipSpace, QualityPreset::Low);
         (scene.detail.h, scene.shadow_detail.h) = (0.7, 0.6);
+        scene.ambient_occlusion = Some(false);
         let view = scene.view(864_000.001, &Terrain::flat());
         assert_eq!(view.culling, windfall_gpu::Culling::ClipSpace);
-        assert_eq!(view.quality, windfall_gpu::Quality::LOW);
+        let low = windfall_gpu::Quality::LOW;
+        assert_eq!(view.quality, windfall_gpu::Quality { ambient_occlusion: false, ..low });
         assert_eq!((view.detail.h, view.shadow_detail.h), (0.7, 0.6));
     }
 

@@ -157,7 +157,7 @@ fn leaf_occlusion_is_used_where_it_is_chosen() {
     let (scene, mut stage) = scene();
     let view = scene.view(2.0, &stage.forest.terrain);
     for chosen in [false, true] {
-        stage.leaf_occlusion = chosen;
+        stage.leaf_occlusion = chosen.then(windfall_papers::LeafOcclusion::default);
         let mut forest = gpu.plant(&stage, Strategy::Vertex, Elimination::Scheduled);
         let counts = gpu.shoot(&mut forest, 2.0, &view).counts;
         assert_eq!(counts.tested > 0, chosen, "{counts:?}");

@@ -4,7 +4,7 @@ mod million;
 mod scaling;
 mod soak;
 mod strategies;
-mod workload;
+pub mod workload;
 
 use crate::harness::Harness;
 use crate::output::{create_folder, write_json, write_text};

@@ -10,7 +10,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
-use windfall_papers::{Elimination, ListOptions, PublishedFalls, PublishedPasses};
+use windfall_papers::{
+    Elimination, LeafOcclusion, ListOptions, PassOptions, PublishedFalls, PublishedPasses,
+};
 use windfall_scenes::{Stage, Strategy};
 
 #[derive(Serialize)]
@@ -87,7 +89,9 @@ pub fn measure(args: &Args, gpu: &mut Gpu, harness: &Harness) -> anyhow::Result<
             // Pipelines are built once for each of both.
             let passes = [false, true].map(|leaf_occlusion| {
                 let supported = gpu.fragment_stores || !leaf_occlusion;
-                supported.then(|| PublishedPasses::new(&gpu.device, published, leaf_occlusion))
+                let occlusion = leaf_occlusion.then(LeafOcclusion::default);
+                let options = PassOptions { occlusion, ..PassOptions::new(published) };
+                supported.then(|| PublishedPasses::new(&gpu.device, options))
             });
             let passes = passes.map(|passes| passes.map(Arc::new));
             for (elimination, leaf_occlusion) in OPTIONS {

@@ -15,10 +15,16 @@ const WALK_FRAMES: f32 = 3000.0;
 
 /// Seven trees with 800 thousand triangles, as in VB 6.3.
 pub fn grove() -> Stage {
+    grove_of(7, 7400)
+}
+
+/// A grove of some trees of four species with `leaves` leaves each.
+pub fn grove_of(trees: u32, leaves: u32) -> Stage {
+    let count = trees;
     let species: [Species; 4] = [Species::Maple, Species::Oak, Species::Birch, Species::Beech];
-    let trees: Vec<Tree> = species.iter().map(|s| s.grow_with(1, 7400)).collect();
+    let trees: Vec<Tree> = species.iter().map(|s| s.grow_with(1, leaves)).collect();
     let placement = Placement {
-        trees: 7,
+        trees: count,
         spacing: 7.0,
         keep_out: Vec::new(),
         scale: (0.9, 1.1),

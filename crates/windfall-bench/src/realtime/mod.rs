@@ -3,7 +3,7 @@
 //! Frames are timed by the wall clock, from the first call to the end of all work on the GPU: where passes overlap or
 //! the driver defers work, timestamps do not add up.
 
-mod floor;
+pub mod floor;
 
 use crate::harness::Harness;
 use crate::output::write_json;

@@ -5,7 +5,7 @@ mod culling;
 mod fading;
 mod frame_time;
 mod image_error;
-mod workload;
+pub mod workload;
 
 use crate::harness::Harness;
 use crate::output::{create_folder, write_json, write_text};

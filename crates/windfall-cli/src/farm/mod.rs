@@ -199,7 +199,7 @@ mod tests {
             ("heights=1", "no option of windfall render"),
             ("json=1", "no option of windfall render"),
             ("out=a.png", "no option of windfall render"),
-            ("strategy=vertex,cpu", "cpu"),
+            ("strategy=vertex,gpu", "gpu"),
             ("seed=1,x", "invalid value 'x'"),
         ] {
             let error = parse_sweep(text).unwrap().check().unwrap_err().to_string();

@@ -5,7 +5,7 @@ mod numbers;
 mod plot;
 mod stats;
 mod variations;
-mod verify;
+pub mod verify;
 
 use crate::reading::{UpArg, print_notes};
 use anyhow::{Context, Result, bail};

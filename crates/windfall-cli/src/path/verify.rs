@@ -6,7 +6,16 @@ use windfall_flight::verify::{self, Check, DISCS};
 
 /// Prints both tables. Rows of the first that miss their tolerance are an error.
 pub fn run(falls: u32) -> Result<()> {
-    let mut out = std::io::stdout().lock();
+    let (failed, _) = tables(&mut std::io::stdout().lock(), falls)?;
+    anyhow::ensure!(
+        failed == 0,
+        "{failed} figures of the falling card are outside their tolerance"
+    );
+    Ok(())
+}
+
+/// Writes both tables; how many rows of each miss their tolerance.
+pub fn tables(mut out: &mut impl Write, falls: u32) -> Result<(usize, usize)> {
     writeln!(
         out,
         "Falling card, two dimensions (Andersen, Pesavento & Wang, J. Fluid Mech. 541, 2005)\n"
@@ -42,12 +51,7 @@ pub fn run(falls: u32) -> Result<()> {
             writeln!(out, "{line}")?;
         }
     }
-    let failed = card.iter().filter(|c| !c.holds()).count();
-    anyhow::ensure!(
-        failed == 0,
-        "{failed} figures of the falling card are outside their tolerance"
-    );
-    Ok(())
+    Ok((card.iter().filter(|c| !c.holds()).count(), off))
 }
 
 /// Lines of at most `width` characters.
@@ -67,7 +71,7 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-fn table(out: &mut impl Write, checks: &[Check]) -> Result<()> {
+pub fn table(out: &mut impl Write, checks: &[Check]) -> Result<()> {
     writeln!(out, "{:<48} {:>18} {:>10}  ", "", "published", "model")?;
     for c in checks {
         let verdict = if c.holds() {

@@ -19,7 +19,9 @@ use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_gpu::{DebugView, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
-use windfall_scenes::{CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy};
+use windfall_scenes::{
+    CameraKey, Culling, Elimination, LandingSearch, QualityPreset, Scene, Source, Strategy,
+};
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
@@ -48,7 +50,7 @@ pub struct Args {
     /// Frames per second
     #[arg(long, value_name = "N")]
     fps: Option<f32>,
-    /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer or compute
+    /// Where the poses of falling leaves are computed: vertex, fragment, vertex-buffer, cpu or compute
     #[arg(long, value_name = "NAME")]
     strategy: Option<Strategy>,
     /// Which leaves a simplified tree keeps: the first in this order: random, importance or
@@ -58,12 +60,22 @@ pub struct Args {
     /// When landed leaves become static geometry: off, progressive or scheduled (not for compute)
     #[arg(long, value_name = "NAME")]
     elimination: Option<Elimination>,
+    /// Leaves that --elimination progressive tests in a frame
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    elimination_per_frame: Option<u32>,
+    /// Who looks for the place where a leaf lands: ahead (the CPU, once) or in-shader (in every frame; not for
+    /// compute and cpu)
+    #[arg(long, value_name = "NAME")]
+    landing_search: Option<LandingSearch>,
     /// Skip leaves in the air that are not seen, for some frames: on or off (not for compute)
     #[arg(long, value_name = "on|off", value_parser = parse_switch)]
     leaf_occlusion: Option<Switch>,
     /// What the picture may cost: low, medium or high
     #[arg(long, value_name = "NAME")]
     quality: Option<QualityPreset>,
+    /// Whether leaves inside of crowns are darker under the sky: on or off; default: as the quality has it
+    #[arg(long, value_name = "on|off", value_parser = parse_switch)]
+    ambient_occlusion: Option<Switch>,
     /// Equirectangular picture of the sky, .hdr or .exr, as background and ambient light
     #[arg(long, value_name = "FILE")]
     sky: Option<String>,
@@ -148,7 +160,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if scene.leaf_occlusion && scene.strategy == Strategy::Compute {
         eprintln!(
-            "note: leaf_occlusion is for the strategies vertex, fragment and vertex-buffer; compute \
+            "note: leaf_occlusion is for the strategies vertex, fragment, vertex-buffer and cpu; compute \
              draws every leaf in view"
         );
     } else if scene.leaf_occlusion && !gpu.fragment_stores {
@@ -270,6 +282,10 @@ impl Args {
         }
         scene.prune_order = self.prune_order.unwrap_or(scene.prune_order);
         scene.elimination = self.elimination.unwrap_or(scene.elimination);
+        scene.elimination_per_frame =
+            self.elimination_per_frame.unwrap_or(scene.elimination_per_frame);
+        scene.landing_search = self.landing_search.unwrap_or(scene.landing_search);
+        scene.ambient_occlusion = self.ambient_occlusion.or(scene.ambient_occlusion);
         scene.leaf_occlusion = self.leaf_occlusion.unwrap_or(scene.leaf_occlusion);
         let occlusion = scene.leaf_occlusion && scene.strategy != Strategy::Compute;
         if self.view == DebugView::Occlusion && !occlusion {

@@ -133,6 +133,11 @@ impl<'a> Fall<'a> {
         Self { paths, terrain, wind, variation, settings, highest_ground, steepest }
     }
 
+    /// The ground.
+    pub fn terrain(&self) -> &Terrain {
+        self.terrain
+    }
+
     /// The leaf's variant.
     pub fn variant(&self, leaf: &LeafFall) -> Variant {
         self.variation.of(leaf, self.paths)
@@ -183,11 +188,7 @@ impl<'a> Fall<'a> {
             elapsed,
             self.settings.wind_response,
         );
-        let eased = if self.settings.soft_drop > 0.0 {
-            smooth(free.drop / self.settings.soft_drop)
-        } else {
-            1.0
-        };
+        let eased = self.eased(&free);
         // What turns the path's first orientation into the twig's is undone bit by bit. An
         // interpolation between the twig's and the momentary one would flip over whenever a
         // tumbling leaf passes the opposite of its twig's.
@@ -197,6 +198,16 @@ impl<'a> Fall<'a> {
             orientation: free.orientation * from_twig.slerp(Quat::IDENTITY, eased),
             phase: Phase::Falling { lap: free.lap },
         }
+    }
+
+    /// How far a leaf has left its twig's orientation for its path's, `elapsed` seconds after the detachment: 0 to 1.
+    pub fn own_way(&self, variant: &Variant, elapsed: f32) -> f32 {
+        self.eased(&self.free(variant, elapsed))
+    }
+
+    fn eased(&self, free: &FreePose) -> f32 {
+        let soft = self.settings.soft_drop;
+        if soft > 0.0 { smooth(free.drop / soft) } else { 1.0 }
     }
 
     /// Time on the path after `elapsed` seconds: it starts from rest and gains speed evenly over

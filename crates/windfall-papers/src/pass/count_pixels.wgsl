@@ -21,7 +21,7 @@ fn count(in: Counted, slope: f32) {
     }
     // Atomics on one word are serialized: stop at enough pixels.
     let depth = in.clip.z * 1.0001 + slope;
-    if depth >= farthest && (atomicLoad(&states[in.leaf]) & COUNTED) < ENOUGH_PIXELS {
+    if depth >= farthest && (atomicLoad(&states[in.leaf]) & COUNTED) < enough_pixels {
         atomicAdd(&states[in.leaf], 1u);
     }
 }

@@ -30,9 +30,13 @@ pub const OCCLUSION: Module = Module {
     },
 };
 
-pub(super) fn pose_pipeline(shaders: &Shaders<'_>, layouts: &PassLayouts) -> wgpu::RenderPipeline {
+pub(super) fn pose_pipeline(
+    shaders: &Shaders<'_>,
+    layouts: &PassLayouts,
+    constants: &[(&str, f64)],
+) -> wgpu::RenderPipeline {
     let groups = [&layouts.frame, &layouts.leaves, &layouts.tables];
-    fill_pipeline(shaders, (&POSE, "pose"), &groups, &[], &[POSITIONS, WORDS])
+    fill_pipeline(shaders, (&POSE, "pose"), &groups, &[], &[POSITIONS, WORDS], constants)
 }
 
 pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {

@@ -7,8 +7,10 @@ use windfall_gpu::internals::{Module, ShapeVertex};
 /// Draws.
 pub const LITTER: Module = Module {
     name: "published-litter",
-    source: |settings| with_leaves(*settings, &[&POSE, &[include_str!("litter.wgsl")]]),
+    source: |settings| with_leaves(*settings, &[&POSE, &[ENTRIES]]),
 };
+
+pub(super) const ENTRIES: &str = include_str!("litter.wgsl");
 
 pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
     let leaf = wgpu::VertexBufferLayout {

@@ -14,12 +14,17 @@ struct LitterVertex {
 
 @vertex
 fn lying(in: LitterVertex) -> Varyings {
+    return lying_vertex(in);
+}
+
+fn lying_vertex(in: LitterVertex) -> Varyings {
     let q = normalize(in.orientation);
     let scale = in.place_scale.w * vanishing(in.times.y);
     let world = in.place_scale.xyz + turn_by(q, in.position.xyz) * scale;
     // Encoded as in LooseLeaf: the root of half the colour.
     var color = in.color_ambient.rgb * sqrt(withering(since(in.times.x)));
-    if fall.color_loops == 1u {
+    // Strategy "cpu" draws leaves in the air too.
+    if fall.color_loops == 1u && since(in.times.x) >= 0.0 {
         color = sqrt(0.5 * LANDED_COLOR);
     }
     let normal = turn_by(q, in.normal.xyz);

@@ -2,6 +2,7 @@
 //!
 //! Leaves are drawn by the renderer's own leaf shader; a strategy adds the vertex entry points that feed it.
 
+pub mod cpu;
 pub mod fragment;
 pub mod litter;
 pub mod occlusion;
@@ -11,7 +12,7 @@ pub mod vertex_buffer;
 use crate::arena::Arena;
 use crate::arena::BLOCK_SIZE;
 use crate::buffers::{LEAF_TEXELS, LeafBuffers, Posed, RegionShape, VERTEX_ROW};
-use crate::options::Strategy;
+use crate::options::{LandingSearch, PassOptions, Strategy};
 use occlusion::OcclusionPasses;
 use windfall_gpu::internals::layouts::{self, Layouts, UNIFORM};
 use windfall_gpu::internals::{
@@ -30,6 +31,7 @@ pub const MODULES: &[&Module] = &[
     &vertex_buffer::POSE,
     &vertex_buffer::DRAW,
     &vertex_buffer::OCCLUSION,
+    &cpu::OCCLUSION,
     &litter::LITTER,
     &occlusion::UPDATE,
 ];
@@ -176,11 +178,11 @@ struct PictureAndShadow {
 }
 
 impl PictureAndShadow {
-    fn new(shaders: &Shaders<'_>, input: &VertexInput<'_>) -> Self {
+    fn new(shaders: &Shaders<'_>, input: &VertexInput<'_>, constants: &[(&str, f64)]) -> Self {
         let (colors, holes) = ([Some("solid"), Some("masked")], [None, Some("masked_shadow")]);
         Self {
-            picture: Pipelines::new(shaders, input, colors, picture_target(), &[]),
-            shadow: Pipelines::new(shaders, input, holes, SHADOW_TARGET, &[]),
+            picture: Pipelines::new(shaders, input, colors, picture_target(), constants),
+            shadow: Pipelines::new(shaders, input, holes, SHADOW_TARGET, constants),
         }
     }
 
@@ -196,6 +198,7 @@ fn fill_pipeline(
     groups: &[&wgpu::BindGroupLayout],
     buffers: &[wgpu::VertexBufferLayout<'_>],
     formats: &[wgpu::TextureFormat],
+    constants: &[(&str, f64)],
 ) -> wgpu::RenderPipeline {
     let device = shaders.device;
     let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().copied().map(Some).collect();
@@ -207,6 +210,7 @@ fn fill_pipeline(
     let targets: Vec<Option<wgpu::ColorTargetState>> =
         formats.iter().map(|&format| Some(format.into())).collect();
     let compiled = shaders.module(module);
+    let options = wgpu::PipelineCompilationOptions::default();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(module.name),
         layout: Some(&layout),
@@ -222,7 +226,7 @@ fn fill_pipeline(
         fragment: Some(wgpu::FragmentState {
             module: &compiled,
             entry_point: Some(fragment),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants, ..options },
             targets: &targets,
         }),
         multiview_mask: None,
@@ -244,8 +248,8 @@ fn loaded(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
 pub struct PublishedPasses {
     pub(crate) device: wgpu::Device,
     pub(crate) layouts: PassLayouts,
-    strategy: Strategy,
-    /// Absent for [`Strategy::Vertex`], which poses while it draws.
+    options: PassOptions,
+    /// Absent for [`Strategy::Vertex`], which poses while it draws, and for [`Strategy::Cpu`].
     pose: Option<wgpu::RenderPipeline>,
     falling: PictureAndShadow,
     litter: PictureAndShadow,
@@ -253,28 +257,37 @@ pub struct PublishedPasses {
 }
 
 impl PublishedPasses {
-    /// Builds the pipelines of a strategy, with those of leaf occlusion (VB 5) if `leaf_occlusion`. They draw into
-    /// whole pictures ([`windfall_gpu::Layers::picture`]) and their shadow maps. It takes a second or two: at load
-    /// time, never inside a frame.
-    pub fn new(device: &wgpu::Device, strategy: Strategy, leaf_occlusion: bool) -> Self {
+    /// Builds the pipelines of a strategy. They draw into whole pictures ([`windfall_gpu::Layers::picture`]) and their
+    /// shadow maps. It takes a second or two: at load time, never inside a frame.
+    pub fn new(device: &wgpu::Device, options: PassOptions) -> Self {
+        let PassOptions { strategy, landing, occlusion } = options;
         let layouts = PassLayouts::new(device);
         let shaders = Shaders::new(device, SETTINGS);
+        let search = f64::from(u8::from(landing == LandingSearch::InShader));
+        let search = [("search_landing", search)];
         let input = match strategy {
             Strategy::Vertex => vertex::input(&layouts),
             Strategy::Fragment => fragment::input(&layouts),
             Strategy::VertexBuffer => vertex_buffer::input(&layouts),
+            Strategy::Cpu => litter::input(&layouts),
         };
+        // The others pose before they draw.
+        let drawn: &[_] = if strategy == Strategy::Vertex { &search } else { &[] };
         Self {
             pose: match strategy {
-                Strategy::Vertex => None,
-                Strategy::Fragment => Some(fragment::pose_pipeline(&shaders, &layouts)),
-                Strategy::VertexBuffer => Some(vertex_buffer::pose_pipeline(&shaders, &layouts)),
+                Strategy::Vertex | Strategy::Cpu => None,
+                Strategy::Fragment => Some(fragment::pose_pipeline(&shaders, &layouts, &search)),
+                Strategy::VertexBuffer => {
+                    Some(vertex_buffer::pose_pipeline(&shaders, &layouts, &search))
+                }
             },
-            falling: PictureAndShadow::new(&shaders, &input),
-            litter: PictureAndShadow::new(&shaders, &litter::input(&layouts)),
-            occlusion: leaf_occlusion
-                .then(|| OcclusionPasses::new(&shaders, &layouts, strategy, &input)),
-            strategy,
+            falling: PictureAndShadow::new(&shaders, &input, drawn),
+            litter: PictureAndShadow::new(&shaders, &litter::input(&layouts), &[]),
+            occlusion: occlusion.map(|occlusion| {
+                let of = (strategy, occlusion.clamped());
+                OcclusionPasses::new(&shaders, &layouts, of, &input, drawn)
+            }),
+            options,
             device: device.clone(),
             layouts,
         }
@@ -282,7 +295,12 @@ impl PublishedPasses {
 
     /// The strategy.
     pub fn strategy(&self) -> Strategy {
-        self.strategy
+        self.options.strategy
+    }
+
+    /// What they were built for.
+    pub fn options(&self) -> PassOptions {
+        self.options
     }
 
     /// Whether leaves in the air that are not seen are skipped.
@@ -319,7 +337,7 @@ impl PublishedPasses {
     ) {
         let Some(pipeline) = &self.pose else { return };
         match &leaves.posed {
-            Posed::Nothing => {}
+            Posed::Nothing | Posed::Uploaded(_) => {}
             Posed::Leaves(posed) => fragment::pose(recording, (pipeline, frame), leaves, posed),
             Posed::Vertices(posed) => {
                 vertex_buffer::pose(recording, (pipeline, frame), leaves, posed);
@@ -334,31 +352,38 @@ impl PublishedPasses {
             (Some(occlusion), Some(visible)) => occlusion.draw(pass, leaves, visible),
             _ => draw_active(pass, leaves, self.falling.of(shadow)),
         }
-        draw_list(pass, leaves, &leaves.lists.litter, self.litter.of(shadow));
+        let litter = &leaves.lists.litter;
+        draw_list(pass, leaves, (litter, &litter.buffer), self.litter.of(shadow));
     }
 }
 
 /// Draws the active leaves as the strategy has posed them.
 fn draw_active(pass: &mut wgpu::RenderPass<'_>, leaves: &LeafBuffers, pipelines: &Pipelines) {
     match &leaves.posed {
-        Posed::Nothing => draw_list(pass, leaves, &leaves.lists.active, pipelines),
+        Posed::Nothing => {
+            let list = &leaves.lists.active;
+            draw_list(pass, leaves, (list, &list.buffer), pipelines);
+        }
+        Posed::Uploaded(buffer) => {
+            draw_list(pass, leaves, (&leaves.lists.active, buffer), pipelines);
+        }
         Posed::Leaves(posed) => fragment::draw(pass, leaves, posed, pipelines),
         Posed::Vertices(posed) => vertex_buffer::draw(pass, leaves, posed, pipelines),
     }
 }
 
-/// Draws a list whose elements are instances.
+/// Draws a list whose elements are instances, out of a buffer that is laid out as the list's own.
 fn draw_list<T: bytemuck::Pod>(
     pass: &mut wgpu::RenderPass<'_>,
     leaves: &LeafBuffers,
-    list: &Arena<T>,
+    (list, buffer): (&Arena<T>, &wgpu::Buffer),
     pipelines: &Pipelines,
 ) {
     pass.set_bind_group(2, &leaves.tables_group, &[]);
     for (_, shape, range) in leaves.draws(list) {
         pipelines.set(pass, shape);
         shape.buffers().set(pass);
-        pass.set_vertex_buffer(1, list.buffer.slice(..));
+        pass.set_vertex_buffer(1, buffer.slice(..));
         pass.draw_indexed(0..shape.buffers().index_count, 0, range);
     }
 }

@@ -4,12 +4,12 @@
 //! picture's and count pixels in the state of their leaf. The next frame reads there what to do with the leaf.
 
 use super::{
-    PassLayouts, Pipelines, VertexInput, draw_active, fill_pipeline, fragment, loaded, numbers,
-    picture_target, vertex, vertex_buffer,
+    PassLayouts, Pipelines, VertexInput, cpu, draw_active, fill_pipeline, fragment, loaded,
+    numbers, picture_target, vertex, vertex_buffer,
 };
 use crate::arena::BLOCK_SIZE;
 use crate::buffers::{LeafBuffers, rows, texture};
-use crate::options::Strategy;
+use crate::options::{LeafOcclusion, Strategy};
 use std::ops::Range;
 use windfall_gpu::internals::layouts::{self, WRITE, buffer, entry};
 use windfall_gpu::internals::{Module, Shaders, compose};
@@ -60,14 +60,16 @@ impl OcclusionPasses {
     pub(super) fn new(
         shaders: &Shaders<'_>,
         layouts: &PassLayouts,
-        strategy: Strategy,
+        (strategy, options): (Strategy, LeafOcclusion),
         input: &VertexInput<'_>,
+        constants: &[(&str, f64)],
     ) -> Self {
         let device = shaders.device;
         let module = match strategy {
             Strategy::Vertex => &vertex::OCCLUSION,
             Strategy::Fragment => &fragment::OCCLUSION,
             Strategy::VertexBuffer => &vertex_buffer::OCCLUSION,
+            Strategy::Cpu => &cpu::OCCLUSION,
         };
         let flat = wgpu::TextureViewDimension::D2;
         let actions = layouts::texture(wgpu::TextureSampleType::Uint, flat);
@@ -103,9 +105,14 @@ impl OcclusionPasses {
         let colors = [Some("solid"), Some("masked")];
         let target = picture_target();
         let drawing = |target, skipped: bool| {
-            let constants = [("skipped", f64::from(u8::from(skipped)))];
+            let constants = [constants, &[("skipped", f64::from(u8::from(skipped)))]].concat();
             Pipelines::new(shaders, &drawn, colors, target, &constants)
         };
+        let rules = [
+            ("one_in", f64::from(options.one_in)),
+            ("skipped_frames", f64::from(options.skip)),
+            ("enough_pixels", f64::from(options.pixels)),
+        ];
         let counts = [Some("count_solid"), Some("count_masked")];
         Self {
             update: fill_pipeline(
@@ -114,6 +121,7 @@ impl OcclusionPasses {
                 &[&layouts.frame, &update_layout],
                 &[],
                 &[ACTIONS],
+                &rules,
             ),
             drawn: drawing(target, false),
             skipped: drawing(target.front(), true),
@@ -122,7 +130,7 @@ impl OcclusionPasses {
                 &with("tested", &count_layout),
                 counts,
                 target.stores(),
-                &[],
+                &[constants, &rules].concat(),
             ),
             nothing: (input.groups.len() < 3)
                 .then(|| layouts::group(device, "nothing", &layouts.nothing, &[])),

@@ -34,14 +34,18 @@ pub const OCCLUSION: Module = Module {
     },
 };
 
-pub(super) fn pose_pipeline(shaders: &Shaders<'_>, layouts: &PassLayouts) -> wgpu::RenderPipeline {
+pub(super) fn pose_pipeline(
+    shaders: &Shaders<'_>,
+    layouts: &PassLayouts,
+    constants: &[(&str, f64)],
+) -> wgpu::RenderPipeline {
     let region = wgpu::VertexBufferLayout {
         array_stride: 16,
         step_mode: wgpu::VertexStepMode::Instance,
         attributes: &wgpu::vertex_attr_array![0 => Uint32x4],
     };
     let groups = [&layouts.frame, &layouts.leaves, &layouts.tables];
-    fill_pipeline(shaders, (&POSE, "pose"), &groups, &[region], &[WORDS, WORDS])
+    fill_pipeline(shaders, (&POSE, "pose"), &groups, &[region], &[WORDS, WORDS], constants)
 }
 
 pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {

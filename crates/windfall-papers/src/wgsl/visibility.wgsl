@@ -1,30 +1,32 @@
 // Leaf occlusion (VB 5): the visibility state of a leaf in the air, one word. A tested leaf is drawn and its visible
-// pixels are counted. With enough pixels it is drawn untested for two frames and tested again in the third, so that a
-// third of the leaves is tested in each frame; otherwise it is skipped for three frames and tested in the fourth.
+// pixels are counted. With enough pixels it is drawn untested until it is its turn again, so that one in so many of the
+// leaves is tested in each frame; otherwise it is skipped for some frames, and tested then.
 
-const ENOUGH_PIXELS: u32 = 3u;
-// Bits of the state: pixels counted by the test; frames until the next test (two bits); flags. 0 is an unknown leaf.
+override one_in: u32 = 3u;
+override skipped_frames: u32 = 3u;
+override enough_pixels: u32 = 3u;
+// Bits of the state: pixels counted by the test; frames until the next test (three bits); flags. 0 is an unknown leaf.
 const COUNTED: u32 = 0xffffffu;
 const FRAMES: u32 = 24u;
-const HIDDEN: u32 = 0x04000000u;
-const TESTED: u32 = 0x08000000u;
-const KNOWN: u32 = 0x10000000u;
+const HIDDEN: u32 = 0x08000000u;
+const TESTED: u32 = 0x10000000u;
+const KNOWN: u32 = 0x20000000u;
 
 // What a frame does with a leaf.
 const DRAW: u32 = 0u;
 const TEST: u32 = 1u;
 const SKIP: u32 = 2u;
 
-// The state in the next frame. `index` spreads the first tests over three frames.
+// The state in the next frame. `index` spreads the first tests over frames.
 fn next_state(state: u32, index: u32) -> u32 {
-    var frames = (state >> FRAMES) & 3u;
+    var frames = (state >> FRAMES) & 7u;
     var hidden = state & HIDDEN;
     if (state & KNOWN) == 0u {
-        frames = index % 3u;
+        frames = index % one_in;
         hidden = 0u;
     } else if (state & TESTED) != 0u {
-        let visible = (state & COUNTED) >= ENOUGH_PIXELS;
-        frames = select(3u, 2u, visible);
+        let visible = (state & COUNTED) >= enough_pixels;
+        frames = select(skipped_frames, one_in - 1u, visible);
         hidden = select(HIDDEN, 0u, visible);
     }
     if frames == 0u {

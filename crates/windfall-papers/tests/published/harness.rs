@@ -7,7 +7,9 @@ use windfall_gpu::{
     Camera, Capture, Falls, Forest, Layer, Moment, Options, Picture, PictureTargets, Recording,
     Renderer, TreeModel, TreePlace, View, ViewState, wgpu,
 };
-use windfall_papers::{ListOptions, PublishedFalls, PublishedPasses, Strategy};
+use windfall_papers::{
+    LeafOcclusion, ListOptions, PassOptions, PublishedFalls, PublishedPasses, Strategy,
+};
 use windfall_testing::{device, picture};
 
 pub const SIZE: (u32, u32) = (256, 144);
@@ -26,7 +28,10 @@ pub static HARNESS: LazyLock<Harness> = LazyLock::new(|| {
     let texture = picture(&device, SIZE);
     let renderer = Renderer::new(&device, &Options::picture(texture.format())).unwrap();
     let passes = |strategy| {
-        [false, true].map(|occlusion| Arc::new(PublishedPasses::new(&device, strategy, occlusion)))
+        let plain = PassOptions::new(strategy);
+        let occlusion = Some(LeafOcclusion::default());
+        [plain, PassOptions { occlusion, ..plain }]
+            .map(|options| Arc::new(PublishedPasses::new(&device, options)))
     };
     Harness {
         passes: Strategy::ALL.map(passes).to_vec(),

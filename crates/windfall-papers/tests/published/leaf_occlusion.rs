@@ -2,13 +2,16 @@
 
 use crate::harness::{HARNESS, SIZE, Scene, Shot, Stage, camera, upload};
 use glam::{DVec3, Vec2, Vec3};
+use std::sync::Arc;
 use windfall_core::forest::Terrain;
 use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::WoodVertex;
 use windfall_core::wind::Wind;
 use windfall_gpu::{DebugView, Falls, Quality, TreePlace, View, wgpu};
-use windfall_papers::{ListOptions, OcclusionCounts, Strategy};
+use windfall_papers::{
+    LeafOcclusion, ListOptions, OcclusionCounts, PassOptions, PublishedPasses, Strategy,
+};
 use windfall_tree::{Species, prepare};
 
 const LEAVES: u32 = 240;
@@ -103,6 +106,44 @@ fn leaves_behind_a_wall_are_tested_in_turns_and_skipped() {
         let plain = paint(&mut self::stage(&scene, strategy, false), &shot);
         assert_eq!(plain.occlusion, OcclusionCounts::default());
         assert!(frames.iter().all(|f| f.rgba == plain.rgba), "{strategy}: the wall hides them all");
+    }
+}
+
+#[test]
+fn how_many_are_tested_how_long_skipped_and_what_is_seen_are_options() {
+    let scene = scene();
+    for strategy in Strategy::ALL {
+        let with = |one_in, skip, pixels| {
+            let occlusion = Some(LeafOcclusion { one_in, skip, pixels });
+            let options = PassOptions { occlusion, ..PassOptions::new(strategy) };
+            let passes = Arc::new(PublishedPasses::new(&HARNESS.device, options));
+            scene.published(&passes, ListOptions::default())
+        };
+        let counts = |stage: &mut Stage, before, frames: u32| -> Vec<[u32; 2]> {
+            let shot = shot(before, DebugView::Final);
+            let frames = (0..frames).map(|_| paint(stage, &shot).occlusion);
+            frames.map(|o| [o.tested, o.skipped]).collect()
+        };
+        // Behind the wall: half of the leaves in each frame, skipped for two, then for four.
+        for skip in [2, 4] {
+            let seen = counts(&mut with(2, skip, 3), true, 2 * skip + 2);
+            let [first, air] = [seen[0][0], seen[0][0] + seen[1][0]];
+            assert!(first.abs_diff(air / 2) < air / 8, "{strategy}: {seen:?}");
+            let second = air - first;
+            // The halves in turns; each is skipped, and tested again.
+            let tested = |i: u32| match i % (skip + 1) {
+                0 => first,
+                1 => second,
+                _ => 0,
+            };
+            for (i, &[now, _]) in (0..).zip(&seen) {
+                assert_eq!(now, tested(i), "{strategy}, {skip}, frame {i}: {seen:?}");
+            }
+        }
+        // No leaf is a thousand pixels large.
+        let few = counts(&mut with(1, 3, 3), false, 2);
+        let all = counts(&mut with(1, 3, 1000), false, 2);
+        assert!(few[1][1] < few[0][0] / 4 && all[1] == [0, all[0][0]], "{few:?} {all:?}");
     }
 }
 

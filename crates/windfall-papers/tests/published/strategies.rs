@@ -2,13 +2,17 @@
 
 use crate::harness::{HARNESS, SIZE, Scene, Shot, camera, upload};
 use glam::{DVec3, Vec2};
+use std::sync::Arc;
 use std::sync::LazyLock;
 use windfall_core::forest::Terrain;
 use windfall_core::shed::Shedding;
 use windfall_core::tree::{Image, Surface, Tree};
 use windfall_core::wind::Wind;
 use windfall_gpu::{DebugView, Falls, Forest, Light, Sky, TreeModel, TreePlace, View};
-use windfall_papers::{Elimination, ListOptions, PublishedError, PublishedFalls, Strategy};
+use windfall_papers::{
+    Elimination, LandingSearch, ListOptions, PassOptions, PublishedError, PublishedFalls,
+    PublishedPasses, Strategy,
+};
 use windfall_tree::Species;
 use windfall_tree::prepare::simple_shapes;
 
@@ -166,6 +170,42 @@ fn elimination_and_earlier_frames_make_no_difference() {
             let error = difference(&direct, &picture);
             println!("{strategy}, elimination {elimination}: {error:.6}");
             assert!(error < 0.001, "{strategy}, {elimination} differs by {error}");
+        }
+    }
+}
+
+/// VB 5: the shader looks for the landing, and the CPU for leaves that lie.
+#[test]
+fn landings_searched_in_the_shader_are_those_searched_ahead() {
+    let scene = scene();
+    let mut compute = scene.compute();
+    for strategy in [Strategy::Vertex, Strategy::Fragment, Strategy::VertexBuffer] {
+        let landing = LandingSearch::InShader;
+        let options = PassOptions { landing, ..PassOptions::new(strategy) };
+        let passes = Arc::new(PublishedPasses::new(&HARNESS.device, options));
+        for elimination in Elimination::ALL {
+            let options = ListOptions { elimination, ..ListOptions::default() };
+            let mut stage = scene.published(&passes, options);
+            for frame in 0..16 {
+                let time = 3.0 + f64::from(frame) / 30.0;
+                let mut shot = shot(time);
+                // Where a leaf is, the CPU does not know: none is drawn in two triangles.
+                shot.view.detail.leaf_pixels = 0.0;
+                shot.view.shadows = false;
+                shot.view.show = DebugView::Loops;
+                let picture = stage.paint(&shot);
+                if frame % 15 != 0 {
+                    continue;
+                }
+                let error = difference(&compute.paint(&shot), &picture);
+                let counts = stage.leaves.as_ref().unwrap().counts();
+                println!("{strategy}, {elimination}, {time:.2} s: {error:.6}, {counts:?}");
+                assert!(error < SAME, "{strategy}, {elimination}: {error} at {time} s");
+                // Only those are known to lie that elimination has found.
+                let known = if elimination == Elimination::Off { 0 } else { counts.eliminated };
+                assert_eq!(counts.landed, known, "{strategy}, {elimination}");
+                assert!(elimination == Elimination::Off || frame == 0 || counts.eliminated > 100);
+            }
         }
     }
 }

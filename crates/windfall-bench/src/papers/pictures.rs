@@ -1,0 +1,102 @@
+//! Figures that are pictures: SFS 2; VB 2008 5 and 9.
+
+use super::report::Figure;
+use crate::falling::workload::{grove_of, walkthrough};
+use crate::harness::{Harness, ImageTarget};
+use crate::simplification::workload::paper_simplification;
+use glam::{DVec3, Vec3};
+use std::path::Path;
+use windfall_core::forest::{Forest, Instance, Terrain};
+use windfall_core::simplify::Simplification;
+use windfall_core::tree::Tree;
+use windfall_gpu::{Camera, DebugView, Falls, Quality, View};
+use windfall_host::device::Gpu;
+use windfall_scenes::Stage;
+use windfall_tree::Species;
+
+/// Where the camera of figure 2 stands, metres: so far away that its lens draws nearly orthographically.
+const FAR: f32 = 400.0;
+
+/// Draws all of them into `folder`/papers.
+pub fn draw(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Figure>> {
+    println!("pictures");
+    let mut figures = simplified(gpu, folder, number)?;
+    figures.extend(falling(gpu, folder, number)?);
+    Ok(figures)
+}
+
+/// A stage with one tree, and a view of it from far away.
+fn alone(tree: Tree) -> (Stage, View) {
+    let (low, high) = tree.bounds();
+    let middle = (low + high) * 0.5;
+    let half = 0.55 * (high - low).max_element();
+    let instance = Instance {
+        model: 0,
+        position: Vec3::ZERO,
+        yaw: 0.0,
+        scale: 1.0,
+        season_offset: 0.0,
+        seed: 1,
+    };
+    let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
+    let stage = crate::scenery::stage(vec![tree], forest, Falls::none());
+    let target = middle.as_dvec3();
+    let eye = target + DVec3::Z * f64::from(FAR);
+    let camera = Camera::look_at(eye, target, 2.0 * (half / FAR).atan(), 1.0);
+    (stage, View { shadows: false, ..View::new(camera) })
+}
+
+/// SFS, figure 2: one model in full, and with a tenth of its leaves.
+fn simplified(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Figure>> {
+    let size = (300, 300);
+    let harness = Harness::new(gpu, size)?;
+    let (stage, view) = alone(Species::Oak.grow_with(1, 20_000));
+    let mut planted = harness.upload(gpu, &stage)?;
+    let target = ImageTarget::new(gpu, &harness.renderer, size, 1)?;
+    // With h = 1/2, lambda is the square of d0 over the distance.
+    let tenth = paper_simplification(0.5, FAR * 0.1f32.sqrt());
+    let no_contrast = Simplification { color_contrast: false, shading_contrast: false, ..tenth };
+    let neither = Simplification { area_preservation: false, ..no_contrast };
+    let mut figures = Vec::new();
+    for (name, title, detail) in [
+        ("full", "SFS, figure 2: in full", Simplification::NONE),
+        ("neither", "SFS, figure 2: a tenth of the leaves, nothing preserved", neither),
+        ("area", "SFS, figure 2: area preserved", no_contrast),
+        ("both", "SFS, figure 2: area and contrast preserved", tenth),
+    ] {
+        let view = View { detail, ..view.clone() };
+        let image = target.render(gpu, &harness.renderer, &mut planted, (0.0, &view))?;
+        figures.push(Figure::save(&image, folder, format!("figure2-{name}-{number}"), title)?);
+    }
+    Ok(figures)
+}
+
+/// VB 2008, figures 5 and 9: loops of the path in colours; ambient occlusion off and on.
+fn falling(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Figure>> {
+    let size = (480, 270);
+    let harness = Harness::new(gpu, size)?;
+    let mut stage = grove_of(4, 3000);
+    stage.keep_falling(3000);
+    let mut planted = harness.upload(gpu, &stage)?;
+    let target = ImageTarget::new(gpu, &harness.renderer, size, 1)?;
+    let walk = View { quality: Quality::MEDIUM, ..walkthrough(&stage, 8.0) };
+    let without = Quality { ambient_occlusion: false, ..Quality::MEDIUM };
+    let mut figures = Vec::new();
+    for (name, title, view) in [
+        (
+            "loops",
+            "VB 2008, figure 5: a colour for each use of the path, pink on the ground",
+            View { show: DebugView::Loops, ..walk.clone() },
+        ),
+        (
+            "no-occlusion",
+            "VB 2008, figure 9: without ambient occlusion",
+            View { quality: without, ..walk.clone() },
+        ),
+        ("occlusion", "VB 2008, figure 9: with ambient occlusion", walk.clone()),
+    ] {
+        let image = target.render(gpu, &harness.renderer, &mut planted, (8.0, &view))?;
+        figures.push(Figure::save(&image, folder, format!("{name}-{number}"), title)?);
+    }
+    Ok(figures)
+}
