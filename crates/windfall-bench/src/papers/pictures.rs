@@ -66,7 +66,7 @@ fn simplified(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec
     ] {
         let view = View { detail, ..view.clone() };
         let image = target.render(gpu, &harness.renderer, &mut planted, (0.0, &view))?;
-        figures.push(Figure::save(&image, folder, format!("figure2-{name}-{number}"), title)?);
+        figures.push(Figure::save(&image, folder, &format!("figure2-{name}-{number}"), title)?);
     }
     Ok(figures)
 }
@@ -96,7 +96,7 @@ fn falling(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Fi
         ("occlusion", "VB 2008, figure 9: with ambient occlusion", walk.clone()),
     ] {
         let image = target.render(gpu, &harness.renderer, &mut planted, (8.0, &view))?;
-        figures.push(Figure::save(&image, folder, format!("{name}-{number}"), title)?);
+        figures.push(Figure::save(&image, folder, &format!("{name}-{number}"), title)?);
     }
     Ok(figures)
 }

@@ -40,7 +40,7 @@ impl Figure {
     pub fn save(
         image: &LinearImage,
         folder: &Path,
-        name: String,
+        name: &str,
         title: &str,
     ) -> anyhow::Result<Self> {
         let file = format!("papers/{name}.png");
