@@ -105,9 +105,9 @@ fn strategies_agree_at_any_time() {
     {
         let view = View { show, ..scene.view(time, &stage.forest.terrain) };
         let shots = forests.each_mut().map(|forest| gpu.shoot(forest, time, &view));
-        let reference = &shots[3];
+        let (reference, published) = shots.split_last().unwrap();
         assert_eq!(reference.counts.eliminated, 0);
-        for (strategy, shot) in Strategy::ALL.iter().zip(&shots).take(3) {
+        for (strategy, shot) in Strategy::ALL.iter().zip(published) {
             let error = difference(reference, shot);
             println!("{time} s: {strategy} and compute differ by {error:.6}");
             assert!(error < SAME, "{strategy} differs by {error} at {time} s");
@@ -118,7 +118,8 @@ fn strategies_agree_at_any_time() {
             assert_eq!(counts.trees, expected.trees, "{strategy}");
         }
         // The check can fail: leaves half a second on, and a forest whose leaves hang.
-        let later = difference(reference, &gpu.shoot(&mut forests[3], time + 0.5, &view));
+        let later =
+            difference(reference, &gpu.shoot(forests.last_mut().unwrap(), time + 0.5, &view));
         let hanging = difference(reference, &gpu.shoot(&mut still, time, &view));
         println!("{time} s: half a second later {later:.6}, no leaf fallen {hanging:.6}");
         assert!(later > 2.0 * SAME && hanging > 2.0 * SAME, "{later} {hanging}");
@@ -136,14 +137,14 @@ fn the_elimination_of_a_scene_is_used_and_makes_no_difference() {
     stage.elimination_per_frame = 12;
     for elimination in [Elimination::Progressive, Elimination::Scheduled] {
         let mut forest = gpu.plant(&stage, Strategy::Vertex, elimination);
-        for time in [0.0, 0.1, 9.0, 5.9] {
-            gpu.shoot(&mut forest, time, &view(time));
-        }
+        let before = [0.0, 0.1, 9.0, 5.9]
+            .map(|time| gpu.shoot(&mut forest, time, &view(time)).counts.checked);
         let shot = gpu.shoot(&mut forest, 6.0, &view(6.0));
         assert_eq!(shot.counts.falling, direct.counts.falling, "{elimination}");
         assert!(shot.counts.eliminated > 0, "{elimination}");
         if elimination == Elimination::Progressive {
-            assert_eq!(shot.counts.checked, 12);
+            // As many as there may be where more are due.
+            assert_eq!(before.iter().max(), Some(&12), "{before:?}");
         }
         // The order of leaves in a list may decide between two at the same depth.
         let error = difference(&direct, &shot);
