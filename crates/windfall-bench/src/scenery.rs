@@ -1,7 +1,7 @@
 //! Stages, cameras and light as measurements need them.
 
-use glam::Mat4;
-use windfall_core::forest::Forest;
+use glam::{Mat4, Vec3};
+use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Light, Projection, Sky, View};
 use windfall_scenes::{Elimination, LandingSearch, Stage, Strategy};
@@ -20,6 +20,20 @@ pub fn stage(trees: Vec<Tree>, forest: Forest, falls: Falls) -> Stage {
         landing_search: LandingSearch::default(),
         events: Vec::new(),
     }
+}
+
+/// One tree on level ground.
+pub fn single_tree(tree: Tree) -> Stage {
+    let instance = Instance {
+        model: 0,
+        position: Vec3::ZERO,
+        yaw: 0.0,
+        scale: 1.0,
+        season_offset: 0.0,
+        seed: 1,
+    };
+    let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
+    stage(vec![tree], forest, Falls::none())
 }
 
 /// Clip space from the world, for a picture `aspect` times as wide as high. Single precision: the

@@ -253,8 +253,9 @@ impl Renderer {
         let Picture { targets, output, layers } = picture;
         let keep_depth = layers.iter().any(|layer| layer.reads_depth());
         // Layers that read depth know pixels of the picture alone, and so do pyramids of depth.
-        let full = View { quality: Quality { resolution: 1.0, ..view.quality }, ..view.clone() };
-        let view = if keep_depth { &full } else { view };
+        let full = keep_depth
+            .then(|| View { quality: Quality { resolution: 1.0, ..view.quality }, ..view.clone() });
+        let view = full.as_ref().unwrap_or(view);
         let resolution = view.quality.drawn_resolution();
         let occlusion = view.culling == Culling::Occlusion && resolution == 1.0;
         let drawn = [targets.width, targets.height].map(|side| side as f32 * resolution);

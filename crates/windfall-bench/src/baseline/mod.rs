@@ -1,9 +1,11 @@
-//! Baselines for the renderer's cost per leaf: the same leaves copied, or drawn unlit in one color,
-//! with the least work that does it.
+//! Baselines for the renderer's cost: leaves copied, or drawn unlit in one color, and the least that a whole frame can
+//! take.
 
+mod floor;
 mod instanced;
 mod mesh;
 
+pub use floor::Floor;
 pub use instanced::InstancedBaseline;
 pub use mesh::MeshBaseline;
 
@@ -21,25 +23,8 @@ impl Attachments {
     const SAMPLES: u32 = 4;
     const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-    fn new(
-        device: &wgpu::Device,
-        color_format: wgpu::TextureFormat,
-        (width, height): (u32, u32),
-    ) -> Self {
-        let texture = |format, sample_count| {
-            device
-                .create_texture(&wgpu::TextureDescriptor {
-                    label: Some("baseline"),
-                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count,
-                    dimension: wgpu::TextureDimension::D2,
-                    format,
-                    usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-                    view_formats: &[],
-                })
-                .create_view(&wgpu::TextureViewDescriptor::default())
-        };
+    fn new(device: &wgpu::Device, color_format: wgpu::TextureFormat, size: (u32, u32)) -> Self {
+        let texture = |format, samples| attachment(device, format, size, samples);
         Self {
             color: texture(color_format, Self::SAMPLES),
             resolve: texture(color_format, 1),
@@ -108,6 +93,26 @@ impl Attachments {
             cache: None,
         })
     }
+}
+
+/// A texture to draw into, and to read where it has colours.
+fn attachment(
+    device: &wgpu::Device,
+    format: wgpu::TextureFormat,
+    (width, height): (u32, u32),
+    sample_count: u32,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("baseline"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 fn shader_module(device: &wgpu::Device, source: &str) -> wgpu::ShaderModule {

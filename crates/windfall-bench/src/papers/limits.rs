@@ -1,10 +1,9 @@
 //! What the adapter can do at best, in the same run: the floor under the other tables.
 
 use super::report::{Row, Table};
-use crate::baseline::InstancedBaseline;
+use crate::baseline::{Floor, InstancedBaseline};
 use crate::falling::workload::{overview, shower};
 use crate::harness::COLOR_FORMAT;
-use crate::realtime::floor::Floor;
 use crate::scenery::clip_from_world;
 use crate::statistics::Quartiles;
 use anyhow::Context;

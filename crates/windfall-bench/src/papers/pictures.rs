@@ -3,13 +3,13 @@
 use super::report::Figure;
 use crate::falling::workload::{grove_of, walkthrough};
 use crate::harness::{Harness, ImageTarget};
+use crate::scenery::{edit_sky, single_tree};
 use crate::simplification::workload::paper_simplification;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use std::path::Path;
-use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
-use windfall_gpu::{Camera, DebugView, Falls, Quality, View};
+use windfall_gpu::{Camera, DebugView, Quality, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::Stage;
 use windfall_tree::Species;
@@ -30,20 +30,15 @@ fn alone(tree: Tree) -> (Stage, View) {
     let (low, high) = tree.bounds();
     let middle = (low + high) * 0.5;
     let half = 0.55 * (high - low).max_element();
-    let instance = Instance {
-        model: 0,
-        position: Vec3::ZERO,
-        yaw: 0.0,
-        scale: 1.0,
-        season_offset: 0.0,
-        seed: 1,
-    };
-    let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
-    let stage = crate::scenery::stage(vec![tree], forest, Falls::none());
+    let stage = single_tree(tree);
     let target = middle.as_dvec3();
     let eye = target + DVec3::Z * f64::from(FAR);
     let camera = Camera::look_at(eye, target, 2.0 * (half / FAR).atan(), 1.0);
-    (stage, View { shadows: false, ..View::new(camera) })
+    // The tree alone: no air, and nothing behind it.
+    let quality = Quality { backdrop: false, ..Quality::HIGH };
+    let mut view = View { shadows: false, quality, ..View::new(camera) };
+    edit_sky(&mut view, |sky| sky.haze = 0.0);
+    (stage, view)
 }
 
 /// SFS, figure 2: one model in full, and with a tenth of its leaves.

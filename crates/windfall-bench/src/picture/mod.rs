@@ -78,7 +78,7 @@ enum Part {
 type Switch = fn(&mut View);
 
 /// The effects of the highest preset and their switches.
-const EFFECTS: [(&str, Switch); 18] = [
+const EFFECTS: [(&str, Switch); 19] = [
     ("shadows", |v| v.shadows = false),
     ("shadow maps of 2048, not 1024", |v| v.quality.shadow_size = 1024),
     ("12 shadow samples, not 4", |v| (v.quality.shadow_taps, v.quality.soft_shadows) = (4, false)),
@@ -94,6 +94,7 @@ const EFFECTS: [(&str, Switch); 18] = [
     ("grass", |v| v.quality.grass = false),
     ("backdrop", |v| v.quality.backdrop = false),
     ("reconstruction", |v| v.quality.resolve_filter = false),
+    ("full resolution, not half", |v| v.quality.resolution = 0.5),
     ("aerial perspective", |v| edit_sky(v, |sky| sky.haze = 0.0)),
     ("clouds", |v| edit_sky(v, |sky| sky.clouds = 0.0)),
     ("all of them", |v| {
@@ -273,9 +274,10 @@ mod tests {
             grass,
             backdrop,
             resolve_filter,
-            resolution: _,
+            resolution,
         } = off.quality;
         assert!(shadow_size < high.shadow_size && shadow_taps < high.shadow_taps);
+        assert!(resolution < high.resolution);
         let on = [soft_shadows, sway, pixel_lighting, veins, gloss, transmission];
         let also = [ambient_occlusion, ground_detail, bark_relief, grass, backdrop, resolve_filter];
         assert!(!on.contains(&true) && !also.contains(&true));

@@ -71,6 +71,8 @@ shared_numbers! {
     WINDOW = 5;
     /// Words of a leaf vertex.
     LEAF_VERTEX_WORDS = 10;
+    /// Walls about the terrain on which a row of hills or trees is drawn.
+    LAND_SIDES = 48;
     /// Quads of a draw: as many as indices of 16 bits reach.
     BATCH = 1 << 14;
 }
@@ -103,8 +105,6 @@ effects! {
     SoftShadows = SOFT_SHADOWS;
     /// Near leaves have veins.
     Veins = VEINS;
-    /// Single leaves show on the near ground.
-    GroundDetail = GROUND_DETAIL;
     /// Bark has relief.
     BarkRelief = BARK_RELIEF;
     /// Woods and hills stand beyond the terrain.

@@ -67,10 +67,7 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) ->
     let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
     let blur = smoothstep(0.3, 1.0, width);
-    if !detail {
-        return far;
-    }
-    if blur >= 1.0 {
+    if !detail || blur >= 1.0 {
         return far;
     }
     for (var layer = 0u; layer < 3u; layer++) {

@@ -1,5 +1,6 @@
 //! The sky behind everything.
 
+use crate::base::constants::LAND_SIDES;
 use crate::base::layouts::Layouts;
 use crate::base::pipeline::{Draw, Target};
 use crate::base::wgsl::{Module, Shaders, compose};
@@ -10,8 +11,8 @@ pub const SKY: Module =
 
 /// Rows of hills; one of trees stands before them.
 const HILLS: u32 = 3;
-/// Vertices of a row: `LAND_SIDES` walls of two triangles.
-const WALL: u32 = 48 * 6;
+/// Vertices of a row: walls of two triangles.
+const WALLS: u32 = LAND_SIDES * 6;
 
 /// Draws the sky, and the land beyond the terrain.
 pub struct SkyDome {
@@ -51,9 +52,9 @@ impl SkyDome {
         pass.draw(0..3, 0..1);
         if land {
             pass.set_pipeline(&self.hills);
-            pass.draw(0..WALL, 0..HILLS);
+            pass.draw(0..WALLS, 0..HILLS);
             pass.set_pipeline(&self.trees);
-            pass.draw(0..WALL, HILLS..HILLS + 1);
+            pass.draw(0..WALLS, HILLS..HILLS + 1);
         }
     }
 }

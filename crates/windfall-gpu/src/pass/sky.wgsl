@@ -141,9 +141,6 @@ struct LandVaryings {
     @location(1) @interpolate(flat) row: u32,
 }
 
-// Sides of the prism that stands for a cylinder.
-const LAND_SIDES: f32 = 48.0;
-
 // A wall about the cylinder of a row: no larger than what may be land, since software drivers do all that a pixel
 // of the sky may need wherever it is.
 @vertex
@@ -153,8 +150,8 @@ fn land_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) row: 
     );
     let corner = corners[index % 6u];
     let radius = land_radius(row);
-    let angle = (f32(index / 6u) + corner.x) * 2.0 * PI / LAND_SIDES;
-    let flat = vec2(sin(angle), cos(angle)) * radius / cos(PI / LAND_SIDES);
+    let angle = (f32(index / 6u) + corner.x) * 2.0 * PI / f32(LAND_SIDES);
+    let flat = vec2(sin(angle), cos(angle)) * radius / cos(PI / f32(LAND_SIDES));
     let ground = frame.backdrop.x + dot(frame.backdrop.yz, flat) * min(1.0, frame.backdrop.w / radius);
     // Above the highest ridge and crown; below, whatever an eye high up may see under the horizon.
     let top = select(hill_level(radius) + 4.0, 21.0, row == 3u);

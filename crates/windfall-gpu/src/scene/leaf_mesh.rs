@@ -2,9 +2,8 @@
 
 use crate::base::constants::LEAF_VERTEX_WORDS;
 use crate::base::packing::{octahedral, snorm, snorm8};
-use crate::scene::model::leaf_lengths;
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use half::f16;
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::simplify::as_quad;
@@ -156,6 +155,12 @@ fn mean_normal(shape: &LeafShape) -> Vec3 {
         area += part;
     }
     if area > 0.0 && sum.is_finite() { sum / area } else { Vec3::Y }
+}
+
+/// Lengths of the shortest and of the longest leaf, metres, a little apart: half floats do not narrow them.
+pub fn leaf_lengths(foliage: &Foliage) -> Vec2 {
+    let [shortest, longest] = foliage.leaf_lengths();
+    Vec2::new(shortest * 0.999, longest * 1.001)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::base::constants::WOOD_LEVELS;
 use crate::base::layouts::{self, Layouts};
 use crate::base::packing::{octahedral, pack_halfs, pack_rotation, snorm, snorm8};
 use crate::base::shared::{Crown, LeafRecord, Model, Surface};
-use crate::scene::leaf_mesh::{LeafMesh, LeafQuads, LeafVertex};
+use crate::scene::leaf_mesh::{LeafMesh, LeafQuads, LeafVertex, leaf_lengths};
 use crate::scene::parts::{PartDraw, leaf_parts, wood_parts};
 use crate::scene::texture::{TextureArray, array_bytes, smallest_piece};
 use bytemuck::{Pod, Zeroable};
@@ -552,12 +552,6 @@ fn wood_vertex(vertex: &tree::WoodVertex, branch: Branch) -> WoodVertex {
         material: vertex.material,
         branch: [branch.radius, branch.vanishes.min(f16::MAX.to_f32())].map(f16::from_f32),
     }
-}
-
-/// Lengths of the shortest and of the longest leaf, metres, a little apart: half floats do not narrow them.
-pub fn leaf_lengths(foliage: &Foliage) -> Vec2 {
-    let [shortest, longest] = foliage.leaf_lengths();
-    Vec2::new(shortest * 0.999, longest * 1.001)
 }
 
 fn crown(tree: &Tree, levels: &[WoodLevel]) -> Crown {

@@ -95,13 +95,12 @@ impl Quality {
     /// Bits for the shaders.
     pub(crate) fn effects(&self) -> u32 {
         use Effect::{
-            AmbientOcclusion, Backdrop, BarkRelief, Gloss, GroundDetail, ResolveFilter,
-            SoftShadows, Transmission, Veins,
+            AmbientOcclusion, Backdrop, BarkRelief, Gloss, ResolveFilter, SoftShadows,
+            Transmission, Veins,
         };
         [
             (SoftShadows, self.soft_shadows),
             (Veins, self.veins),
-            (GroundDetail, self.ground_detail),
             (BarkRelief, self.bark_relief),
             (Backdrop, self.backdrop),
             (Gloss, self.gloss),

@@ -21,7 +21,7 @@ use super::Args;
 use super::workload::{mean_form, visible_trees};
 use crate::harness::{ImageTarget, PlantedView};
 use crate::image::LinearImage;
-use crate::scenery::{self, edit_sky};
+use crate::scenery::{edit_sky, single_tree};
 use anyhow::bail;
 use candidates::{Candidate, Model, candidates, near_candidates};
 use glam::Vec3;
@@ -30,12 +30,11 @@ use meshopt_baseline::simplified;
 use serde::Serialize;
 use std::path::Path;
 use windfall_core::foliage::{Foliage, LeafShape};
-use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::simplify::{
     Growth, LeafForm, PruneOrder, Reduction, Simplification, Visibility,
 };
 use windfall_core::tree::Tree;
-use windfall_gpu::{Camera, DebugView, Falls, Renderer, View};
+use windfall_gpu::{Camera, DebugView, Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_host::tree::read_or_grow;
 use windfall_scenes::Stage;
@@ -445,18 +444,4 @@ impl Row {
             self.flicker
         );
     }
-}
-
-/// One tree on level ground.
-fn single_tree(tree: Tree) -> Stage {
-    let instance = Instance {
-        model: 0,
-        position: Vec3::ZERO,
-        yaw: 0.0,
-        scale: 1.0,
-        season_offset: 0.0,
-        seed: 1,
-    };
-    let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
-    scenery::stage(vec![tree], forest, Falls::none())
 }

@@ -1,9 +1,10 @@
 //! The least that a frame can take: targets of the renderer's kind are cleared, as many triangles drawn in one colour,
 //! and the four samples of each pixel tone mapped.
 
+use super::{Attachments, attachment, buffer, shader_module};
+use crate::harness::COLOR_FORMAT;
 use glam::Vec2;
 use std::time::Instant;
-use wgpu::util::DeviceExt;
 use windfall_core::rng::Rng;
 use windfall_host::device::Gpu;
 
@@ -31,10 +32,8 @@ fn tone_map(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     return vec4(0.25 * sum, 1.0);
 }";
 
+/// Format of the renderer's radiance target.
 const RADIANCE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-const OUTPUT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-const SAMPLES: u32 = 4;
 /// How often all triangles together would cover the picture.
 const LAYERS: f32 = 2.0;
 
@@ -52,65 +51,39 @@ pub struct Floor {
 
 impl Floor {
     /// For pictures of a size with so many triangles, spread over it at random.
-    pub fn new(gpu: &Gpu, (width, height): (u32, u32), triangles: u64) -> Self {
+    pub fn new(gpu: &Gpu, size: (u32, u32), triangles: u64) -> Self {
         let device = &gpu.device;
-        let texture = |format, sample_count, usage| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("floor"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("floor"),
-            source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-        });
-        let pipeline = |vertex, fragment, samples, format: wgpu::TextureFormat, buffers: &[_]| {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("floor"),
-                layout: None,
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(vertex),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers,
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: (samples > 1).then(|| wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(fragment),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(format.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
-        let attributes = wgpu::vertex_attr_array![0 => Float32x2];
         let corners = [wgpu::VertexBufferLayout {
             array_stride: 8,
             step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &attributes,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x2],
         }];
-        let tone_map = pipeline("whole", "tone_map", 1, OUTPUT, &[]);
-        let radiance = texture(RADIANCE, SAMPLES, wgpu::TextureUsages::TEXTURE_BINDING);
-        let vertices = triangles_over_the_picture(triangles, width as f32 / height as f32);
+        let module = shader_module(device, SHADER);
+        let tone_map = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("floor"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("whole"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("tone_map"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(COLOR_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let radiance = attachment(device, RADIANCE, size, Attachments::SAMPLES);
+        let vertices = triangles_over_the_picture(triangles, size.0 as f32 / size.1 as f32);
         Self {
-            draw: pipeline("vertex", "fragment", SAMPLES, RADIANCE, &corners),
+            draw: Attachments::pipeline(device, RADIANCE, SHADER, &corners),
             group: device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("floor"),
                 layout: &tone_map.get_bind_group_layout(0),
@@ -121,14 +94,10 @@ impl Floor {
             }),
             tone_map,
             count: vertices.len() as u32,
-            corners: device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("floor"),
-                contents: bytemuck::cast_slice(&vertices),
-                usage: wgpu::BufferUsages::VERTEX,
-            }),
+            corners: buffer(device, bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             radiance,
-            depth: texture(DEPTH, SAMPLES, wgpu::TextureUsages::empty()),
-            output: texture(OUTPUT, 1, wgpu::TextureUsages::empty()),
+            depth: attachment(device, Attachments::DEPTH_FORMAT, size, Attachments::SAMPLES),
+            output: attachment(device, COLOR_FORMAT, size, 1),
         }
     }
 

@@ -3,13 +3,11 @@
 //! Frames are timed by the wall clock, from the first call to the end of all work on the GPU: where passes overlap or
 //! the driver defers work, timestamps do not add up.
 
-pub mod floor;
-
+pub use crate::baseline::Floor;
 use crate::harness::Harness;
 use crate::output::write_json;
 use crate::statistics::Quartiles;
 use anyhow::{Context, bail};
-use floor::Floor;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
