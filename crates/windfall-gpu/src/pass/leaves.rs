@@ -76,16 +76,10 @@ impl Leaves {
             [plain, textured, pipeline(form, false, vertex, masked)]
         };
         if !lit {
-            // None is lit in pixels.
-            let forms = |vertex, solid, masked| {
-                let [outlines, simple] =
-                    [OUTLINES, SIMPLE].map(|form| kinds(form, vertex, solid, masked));
-                [outlines.clone(), outlines, simple]
-            };
             let fade = Some("fade_shadow");
             return Self {
-                by_size: forms("vertex", None, Some("masked_shadow")),
-                by_opacity: forms("opaque_vertex", fade, fade),
+                by_size: FORMS.map(|form| kinds(form, "vertex", None, Some("masked_shadow"))),
+                by_opacity: FORMS.map(|form| kinds(form, "opaque_vertex", fade, fade)),
             };
         }
         let (fade, masked) = (Some("solid_fade"), Some("masked_fade"));
