@@ -5,6 +5,7 @@
 //! `anyhow`'s: messages for the person at the command line.
 #![deny(missing_docs)]
 
+pub mod cache;
 pub mod device;
 pub mod file;
 pub mod image;

@@ -10,6 +10,7 @@ use super::slots::Slots;
 use super::sort::{Found, Use};
 use super::{FAR, ImportOptions, Reader};
 use crate::leaves::{Mesh, Pieces, Shaper};
+use crate::prepare::{Stage, Watch};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -57,6 +58,7 @@ impl<'a> Reader<'a> {
         &mut self,
         found: &mut [Found<'a>],
         options: &ImportOptions,
+        watch: &mut Watch<'_>,
     ) -> Result<Built, InputError> {
         let mut slots = Slots::default();
         let mut read = Vec::with_capacity(found.len());
@@ -87,6 +89,7 @@ impl<'a> Reader<'a> {
         let joined = nodes_are_leaves(self, found, &read)?;
         for (number, geometry) in &read {
             let part = &found[*number];
+            watch(if part.is(Use::Leaves) { Stage::Leaves } else { Stage::Parse });
             let (mut wooden, mut leafy) = (Mesh::default(), Pieces::default());
             for i in 0..part.transforms.len() {
                 let transform = transform(part, geometry, i);
@@ -105,6 +108,7 @@ impl<'a> Reader<'a> {
                 wood.push((*number, wooden));
             }
         }
+        watch(Stage::Leaves);
         let verdicts = judge(self, found, &leaves, &wood, &slots, options);
         for ((number, pieces), verdicts) in leaves.iter().zip(&verdicts) {
             let mut count = |verdict, what: &str| {

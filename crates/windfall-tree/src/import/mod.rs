@@ -9,14 +9,14 @@
 mod accessor;
 mod build;
 mod check;
-mod container;
+pub(crate) mod container;
 mod crowns;
-mod document;
+pub(crate) mod document;
 mod material;
 #[cfg(not(target_arch = "wasm32"))]
 mod meshopt;
 mod name;
-mod picture;
+pub(crate) mod picture;
 mod pieces;
 mod primitive;
 mod scene;
@@ -24,7 +24,8 @@ mod skin;
 mod slots;
 mod sort;
 
-use crate::prepare;
+use crate::bake::{self, BakedTree};
+use crate::prepare::{self, Stage, Watch};
 use build::Built;
 use document::Document;
 use glam::Vec3;
@@ -33,13 +34,14 @@ use primitive::Geometry;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
-use windfall_core::InputErrorKind::{Empty, OutOfRange};
+use windfall_core::InputErrorKind::{Empty, OutOfRange, Unsupported};
 use windfall_core::material::Image;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::{InputError, InputErrorKind, Note, NoteCode};
 
 pub use build::Part;
+pub use container::{Survey, survey};
 pub use sort::Use;
 
 /// Triangles that a file may draw, over all its nodes: one mesh can be named by many.
@@ -109,6 +111,28 @@ impl Default for ImportOptions {
     }
 }
 
+impl ImportOptions {
+    /// The seed of prune orders for programs that have no reason for another: a tree that is baked with it need not be
+    /// put in order again.
+    pub const PRUNE_SEED: u32 = 5;
+
+    /// The first option that says how a source is read, and not what becomes of its tree.
+    fn of_source(&self) -> Option<&'static str> {
+        let none = Self::default();
+        [
+            ("node", self.node != none.node),
+            ("leaves", self.leaves != none.leaves),
+            ("wood", self.wood != none.wood),
+            ("up", self.up != none.up),
+            ("unit", self.unit != none.unit),
+            ("ground", self.ground != none.ground),
+            ("vertex_colors", self.vertex_colors != none.vertex_colors),
+        ]
+        .into_iter()
+        .find_map(|(name, given)| given.then_some(name))
+    }
+}
+
 /// A tree that was read, and what there is to say about it.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -152,6 +176,10 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
 ///
+/// **A baked tree** ([`crate::bake`]) is recognised and read as it is, in a hundredth of the time. Another `height` and
+/// another `prune_order` than it has are applied; its shed order stays, and options that say how a source is read are
+/// refused.
+///
 /// # Errors
 ///
 /// An [`InputError`] for anything malformed, missing, out of range, not finite, not supported, or
@@ -162,6 +190,22 @@ pub fn import(
     options: &ImportOptions,
     resolve: &mut Resolve<'_>,
 ) -> Result<Import, InputError> {
+    import_watched(bytes, file, options, resolve, &mut |_| {})
+}
+
+/// [`import`] that tells `watch` what it begins to do.
+///
+/// # Errors
+///
+/// Those of [`import`].
+pub fn import_watched(
+    bytes: &[u8],
+    file: &str,
+    options: &ImportOptions,
+    resolve: &mut Resolve<'_>,
+    watch: &mut Watch<'_>,
+) -> Result<Import, InputError> {
+    watch(Stage::Parse);
     for (name, value) in [("height", options.height), ("unit", options.unit)] {
         if let Some(value) = value
             && !(value.is_finite() && value > 0.0)
@@ -171,6 +215,10 @@ pub fn import(
         }
     }
     let (document, binary) = container::open(bytes, file)?;
+    if document.is_baked() {
+        let baked = bake::read(bytes, file, &document, binary)?;
+        return adapt(baked, file, options, watch);
+    }
     let mut parents = BTreeMap::new();
     for (index, node) in document.nodes.iter().enumerate() {
         for &child in &node.children {
@@ -192,21 +240,22 @@ pub fn import(
     };
     let mut found = reader.find(options)?;
     sort::sort(&mut found, options, &mut reader)?;
-    let Built { mut tree, mut parts, origin } = reader.build(&mut found, options)?;
+    let Built { mut tree, mut parts, origin } = reader.build(&mut found, options, watch)?;
     if tree.foliage.leaves.is_empty() {
         let why = "the leaves' triangles have no area";
         return Err(sort::no_leaves(&found, file, Empty, why));
     }
     reader.note_unread(&found);
     let (mut shift, mut factor) = (Vec3::ZERO, 1.0);
-    prepare::finish(&mut tree, options.prune_order, |tree| {
+    let place = |tree: &mut Tree| {
         shift = stand(tree, origin, options.ground);
         if let Some(height) = options.height {
             let before = tree.height();
             tree.set_height(height);
             factor = if before > 0.0 { height / before } else { 1.0 };
         }
-    });
+    };
+    prepare::finish(&mut tree, options.prune_order, place, watch);
     for part in &mut parts {
         part.bounds = part.bounds.map(|corner| (corner + shift) * factor);
     }
@@ -214,6 +263,33 @@ pub fn import(
     let mut notes = reader.notes;
     notes.sort_by_key(|note| note.code);
     Ok(Import { tree, notes, parts })
+}
+
+/// A baked tree as `options` want it.
+fn adapt(
+    baked: BakedTree,
+    file: &str,
+    options: &ImportOptions,
+    watch: &mut Watch<'_>,
+) -> Result<Import, InputError> {
+    let BakedTree { mut tree, about } = baked;
+    if let Some(name) = options.of_source() {
+        let cause =
+            "the file is a baked tree, in which this is settled: give the option when it is baked";
+        return Err(InputError::new(file, name, Unsupported, cause));
+    }
+    if let Some(height) = options.height
+        && (tree.height() - height).abs() > 1e-5 * height
+    {
+        tree.set_height(height);
+    }
+    if let Some((order, seed)) = options.prune_order
+        && about.prune_order != Some((order, seed))
+    {
+        watch(Stage::Order);
+        prepare::set_prune_order(&mut tree.foliage, order, seed);
+    }
+    Ok(tree.into())
 }
 
 /// A document that is being read, and what has been loaded of it.

@@ -38,15 +38,53 @@ use windfall_core::foliage::Foliage;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 
+/// What is being done to a tree: the stages, in their order. Some come again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// The file is read, or the stems are grown.
+    Parse,
+    /// Leaves are found, or placed.
+    Leaves,
+    /// The crown is looked at: visibility, ambient occlusion, mean shading.
+    Visibility,
+    /// Leaf shapes in two triangles.
+    Shapes,
+    /// The leaves are put into their prune order.
+    Order,
+    /// Branches, and levels of the wood.
+    Wood,
+}
+
+impl Stage {
+    /// All of them, in their order.
+    pub const ALL: [Self; 6] =
+        [Self::Parse, Self::Leaves, Self::Visibility, Self::Shapes, Self::Order, Self::Wood];
+
+    /// Its name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Parse => "parse",
+            Self::Leaves => "leaves",
+            Self::Visibility => "visibility",
+            Self::Shapes => "shapes",
+            Self::Order => "order",
+            Self::Wood => "wood",
+        }
+    }
+}
+
+/// Is told when a stage begins, for progress bars and measurements.
+pub type Watch<'a> = dyn FnMut(Stage) + 'a;
+
 /// Prepares a tree in the prune order that its leaves have.
 pub fn prepare(tree: &mut Tree) {
-    finish(tree, None, |_| {});
+    finish(tree, None, |_| {}, &mut |_| {});
 }
 
 /// Prepares a tree and puts its leaves into a prune order: [`prepare`] and [`set_prune_order`], with the visibility
 /// measured once.
 pub fn prepare_in_order(tree: &mut Tree, order: PruneOrder, seed: u32) {
-    finish(tree, Some((order, seed)), |_| {});
+    finish(tree, Some((order, seed)), |_| {}, &mut |_| {});
 }
 
 /// Prepares a tree in a prune order with its seed, or in the order that its leaves have; `place` moves and scales it.
@@ -57,21 +95,29 @@ pub(crate) fn finish(
     tree: &mut Tree,
     order: Option<(PruneOrder, u32)>,
     place: impl FnOnce(&mut Tree),
+    watch: &mut Watch<'_>,
 ) {
+    watch(Stage::Visibility);
     let foliage = &mut tree.foliage;
     let open = openness(foliage);
     for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
         leaf.ambient = open;
     }
     foliage.shading = shading(foliage);
+    watch(Stage::Shapes);
     foliage.simple_shapes = simple_shapes(foliage);
     if order.is_none() {
+        watch(Stage::Visibility);
         measure_visibility(foliage);
     }
     place(tree);
     if let Some((order, seed)) = order {
-        set_prune_order(&mut tree.foliage, order, seed);
+        watch(Stage::Order);
+        order::reorder(&mut tree.foliage, order, seed);
+        watch(Stage::Visibility);
+        measure_visibility(&mut tree.foliage);
     }
+    watch(Stage::Wood);
     prepare_wood(&mut tree.wood);
 }
 

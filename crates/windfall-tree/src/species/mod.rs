@@ -17,7 +17,7 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
-use crate::prepare;
+use crate::prepare::{self, Stage, Watch};
 use glam::Vec3;
 use params::Params;
 use std::fmt;
@@ -209,16 +209,28 @@ pub fn papers10() -> [Tree; 10] {
 
 /// Grows a tree as `options` say and prepares it for drawing. The same arguments give the same tree.
 pub fn grow_as(params: &Params, seed: u32, options: &GrowOptions) -> Tree {
-    let mut tree = unprepared(params, seed, options.leaves);
-    prepare::finish(&mut tree, options.prune_order, |tree| {
+    grow_watched(params, seed, options, &mut |_| {})
+}
+
+/// [`grow_as`] that tells `watch` what it begins to do.
+pub fn grow_watched(
+    params: &Params,
+    seed: u32,
+    options: &GrowOptions,
+    watch: &mut Watch<'_>,
+) -> Tree {
+    watch(Stage::Parse);
+    let mut tree = unprepared(params, seed, options.leaves, watch);
+    let place = |tree: &mut Tree| {
         if let Some(height) = options.height {
             tree.set_height(height);
         }
-    });
+    };
+    prepare::finish(&mut tree, options.prune_order, place, watch);
     tree
 }
 
-fn unprepared(params: &Params, seed: u32, leaves: LeafCount) -> Tree {
+fn unprepared(params: &Params, seed: u32, leaves: LeafCount, watch: &mut Watch<'_>) -> Tree {
     let rng = Rng::new(seed).stream(0x7ee5);
     let stems = stem::grow(params, &rng.stream(1));
     let mut wood = stem::mesh(&stems);
@@ -238,6 +250,7 @@ fn unprepared(params: &Params, seed: u32, leaves: LeafCount) -> Tree {
             surface: Surface::Plain,
         },
     ];
+    watch(Stage::Leaves);
     let blades = leaf::blades(&params.leaves, &rng.stream(2));
     let count = match leaves {
         LeafCount::Usual => params.leaves.count,

@@ -22,7 +22,7 @@ fn stems_of(species: Species, seed: u32) -> Vec<Stem> {
 }
 
 fn grown(species: Species, seed: u32) -> Tree {
-    unprepared(&species.params(), seed, LeafCount::Usual)
+    unprepared(&species.params(), seed, LeafCount::Usual, &mut |_| {})
 }
 
 fn triangles(indices: &[u32], at: impl Fn(u32) -> Vec3) -> impl Iterator<Item = [Vec3; 3]> {
