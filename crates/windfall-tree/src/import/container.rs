@@ -84,7 +84,7 @@ pub(crate) fn glb(bytes: &[u8]) -> Option<&[u8]> {
 /// What a file is, before its tree is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Survey {
-    /// Whether it is a baked tree ([`crate::bake`]), of any version.
+    /// Whether it is a baked tree ([`mod@crate::bake`]), of any version.
     pub baked: bool,
     /// What it names outside itself, percent signs decoded: what [`crate::import()`] may ask for.
     pub outside: Vec<String>,

@@ -176,7 +176,7 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
 ///
-/// **A baked tree** ([`crate::bake`]) is recognised and read as it is, in a hundredth of the time. Another `height` and
+/// **A baked tree** ([`mod@crate::bake`]) is recognised and read as it is, in a hundredth of the time. Another `height` and
 /// another `prune_order` than it has are applied; its shed order stays, and options that say how a source is read are
 /// refused.
 ///
