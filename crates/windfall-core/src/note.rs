@@ -3,7 +3,7 @@
 //! A note names what was left out, repaired, or looks wrong; it never stops an import. Programs match on the
 //! [`NoteCode`], whose text is stable; people read the message. `docs/notes.md` says what to do about each.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// What a [`Note`] is about. The text of a code ([`NoteCode::code`]) never changes once released.
@@ -131,6 +131,16 @@ impl NoteCode {
             Self::WiderThanTall => "wider-than-tall",
             Self::WoodByPiece => "wood-by-piece",
         }
+    }
+}
+
+impl<'de> Deserialize<'de> for NoteCode {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::ALL
+            .into_iter()
+            .find(|code| code.code() == name)
+            .ok_or_else(|| serde::de::Error::custom(format!("no note has the code \"{name}\"")))
     }
 }
 

@@ -71,7 +71,7 @@ impl TreeCache {
 
     /// The tree of a source, if it is there, and marks it as used. A file that cannot be read as a baked tree is
     /// removed.
-    pub fn get(&self, source: SourceHash) -> Option<Tree> {
+    pub fn get(&self, source: SourceHash) -> Option<BakedTree> {
         let path = self.path(source);
         let bytes = match std::fs::read(&path) {
             Ok(bytes) => bytes,
@@ -93,7 +93,7 @@ impl TreeCache {
                     info!("{} cannot be marked as used: {error}", path.display());
                 }
                 info!("a baked tree from the cache: {}", path.display());
-                return Some(baked.tree);
+                return Some(baked);
             }
             Ok(_) => warn!("{}: is of another source; it is baked again", path.display()),
             Err(error) => warn!("{error}; it is baked again"),
@@ -222,7 +222,10 @@ mod tests {
     fn grown(seed: u32) -> (Tree, About) {
         let options = GrowOptions { leaves: LeafCount::Exactly(40), ..GrowOptions::default() };
         let source = SourceHash::of_species(Species::Aspen, seed, &options);
-        (Species::Aspen.grow_as(seed, &options), About { source, prune_order: None })
+        (
+            Species::Aspen.grow_as(seed, &options),
+            About { source, prune_order: None, notes: Vec::new() },
+        )
     }
 
     #[test]
@@ -234,7 +237,8 @@ mod tests {
         assert!(cache.trees().unwrap().is_empty());
         cache.put(&tree, &about);
         let read = cache.get(about.source).unwrap();
-        assert_eq!(format!("{read:?}"), format!("{tree:?}"));
+        assert_eq!(format!("{:?}", read.tree), format!("{tree:?}"));
+        assert_eq!(read.about, about);
         assert!(cache.get(other.source).is_none());
     }
 

@@ -7,7 +7,7 @@ use common::{Model, png};
 use serde_json::{Value, json};
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::{Surface, Tree, Wood};
-use windfall_core::{InputError, InputErrorKind};
+use windfall_core::{InputError, InputErrorKind, Note, NoteCode};
 use windfall_tree::bake::{About, BakeError, EXTENSION, SourceHash, Viewers, reseal};
 use windfall_tree::{
     BakedTree, GrowOptions, ImportOptions, LeafCount, Species, Up, bake, export_glb, import,
@@ -16,7 +16,9 @@ use windfall_tree::{
 
 fn about() -> About {
     let source = SourceHash::of_species(Species::Oak, 1, &GrowOptions::default());
-    About { source, prune_order: Some((PruneOrder::BlueNoise, 5)) }
+    // As they come back: of the baked file.
+    let notes = vec![Note::new(NoteCode::NoWood, "b.glb", "node 3", "no \"wood\" at all")];
+    About { source, prune_order: Some((PruneOrder::BlueNoise, 5)), notes }
 }
 
 fn grown(species: Species) -> Tree {
@@ -63,7 +65,7 @@ fn every_array_comes_back_bit_for_bit() {
     for tree in &trees {
         for viewers in [Viewers::Everything, Viewers::Wood] {
             let bytes = bake(tree, &about(), viewers).unwrap();
-            let read = BakedTree::read(&bytes, "a.glb").unwrap();
+            let read = BakedTree::read(&bytes, "b.glb").unwrap();
             assert!(bits(&read.tree) == bits(tree), "{}", tree.name);
             assert_eq!(read.about, about());
             assert_eq!(bake(&read.tree, &read.about, viewers).unwrap(), bytes);
@@ -78,12 +80,16 @@ fn is_baked(bytes: &[u8]) -> bool {
 
 #[test]
 fn the_importer_recognises_a_baked_tree_and_scales_it() {
-    let tree = grown(Species::Birch);
+    let tree = Tree { name: "b.glb".into(), ..grown(Species::Birch) };
     let bytes = baked(&tree);
     assert!(is_baked(&bytes) && !is_baked(&Model::tree().glb()));
     let read = |options: &ImportOptions| {
-        import(&bytes, "b.glb", options, &mut |_| Err("nothing is outside".into()))
-            .map(|import| import.tree)
+        import(&bytes, "b.glb", options, &mut |_| Err("nothing is outside".into())).map(|import| {
+            assert_eq!(import.notes, about().notes);
+            let order = options.prune_order.or(about().prune_order);
+            assert_eq!(import.baked, Some(About { prune_order: order, ..about() }));
+            import.tree
+        })
     };
     let settled = ImportOptions { prune_order: about().prune_order, ..Default::default() };
     for options in [ImportOptions::default(), settled] {
@@ -192,13 +198,14 @@ fn edited(tree: &Tree, edit: Edit<'_>) -> InputError {
 fn newer_versions_and_what_is_none_are_named() {
     use InputErrorKind::{Malformed, Unsupported};
     let tree = of_cards();
-    let cases: [(Edit<'_>, InputErrorKind, &str); 7] = [
+    let cases: [(Edit<'_>, InputErrorKind, &str); 8] = [
         (&|e, _| e["version"] = json!(2), Unsupported, "newer"),
         (&|e, _| e["version"] = json!(0), Unsupported, "no format version 0"),
         (&|e, _| e["version"] = json!("1"), Malformed, "no version"),
         (&|e, _| *e = json!(7), Malformed, "no version"),
         (&|e, _| e["leaf"] = json!(1), Malformed, "unknown field `leaf`"),
         (&|e, _| e["source"] = json!("0x"), Malformed, "source"),
+        (&|e, _| e["notes"][0]["code"] = json!("none"), Malformed, "no note has the code"),
         (&|e, _| *e = json!({ "version": 1 }), Malformed, "missing field"),
     ];
     for (edit, kind, cause) in cases {

@@ -63,7 +63,7 @@ fn no_word_of_a_file_makes_it_fail_in_another_way() {
 fn write_the_seeds() {
     let write = |name: &str, bytes: &[u8]| std::fs::write(corpus().join(name), bytes).unwrap();
     let source = SourceHash::of_file(b"a seed", &[], &ImportOptions::default());
-    let about = About { source, prune_order: None };
+    let about = About { source, prune_order: None, notes: Vec::new() };
     let baked =
         |model: &Model| bake(&model.import().unwrap(), &about, Viewers::Everything).unwrap();
     let edited = |name: &str, edit: &dyn Fn(&mut Model)| {

@@ -5,8 +5,9 @@ mod pictures;
 use crate::falling::{FallArgs, read_paths};
 use crate::framing;
 use crate::linear::Linear;
+use crate::loading;
 use crate::output::{Film, Output};
-use crate::planting::{PlantArgs, ThrowArgs, read_tree};
+use crate::planting::{self, PlantArgs, ThrowArgs};
 use crate::reading::{Switch, parse_switch};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,12 +15,14 @@ use pictures::{FrameReport, Pictures};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
-use windfall_gpu::{DebugView, View};
+use windfall_gpu::{DebugView, Options, Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
-use windfall_scenes::{CameraKey, Culling, Elimination, QualityPreset, Scene, Source, Strategy};
+use windfall_scenes::{CameraKey, Culling, Elimination, Model, QualityPreset, Scene, Strategy};
+use windfall_tree::Import;
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
@@ -136,6 +139,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.alpha && !output.has_alpha() {
         bail!("--alpha: --out {} has no alpha; .png, .apng and .exr have", args.out);
     }
+    // Trees load while the pipelines compile.
+    let sources = loading::sources(&scene, &folder);
+    let cache = args.plant.cache.cache();
+    let loading = std::thread::spawn(move || loading::load(&sources, cache.as_ref()));
     let mut gpu = Gpu::open()?;
     let largest = gpu.device.limits().max_texture_dimension_2d;
     if scene.size.0.max(scene.size.1) > largest {
@@ -158,21 +165,25 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
+    let new_renderer = || Renderer::new(&gpu.device, &Options::picture(pictures::FORMAT));
+    let (loaded, renderer) = if loading.is_finished() {
+        // What cannot be read is said at once.
+        (join(loading)?, new_renderer()?)
+    } else {
+        let renderer = new_renderer()?;
+        (join(loading)?, renderer)
+    };
     let mut notes = Vec::new();
-    let mut read = scene
-        .trees
-        .iter()
-        .filter_map(|entry| match &entry.source {
-            Source::File(file) => Some(read_tree(&folder, file, entry, &mut notes)),
-            Source::Species(_) => None,
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let trees = planting::trees(&scene, loaded, &mut notes);
     let framed = !args.plant.tree.is_empty() && args.camera.is_empty();
     if framed {
-        framing::fit_to_trees(&mut scene, &read);
+        let models = scene.models();
+        let read =
+            models.iter().zip(&trees).filter(|(model, _)| matches!(model, Model::File { .. }));
+        let heights: Vec<f32> = read.map(|(_, tree)| tree.height()).collect();
+        framing::fit_to_trees(&mut scene, &heights);
     }
-    read.reverse();
-    let mut stage = scene.build(|_, _| read.pop().context("a tree for each file"))?;
+    let mut stage = scene.place(trees);
     if framed && stage.forest.instances.len() == 1 {
         framing::look_at_tree(&mut scene, &stage);
     }
@@ -186,7 +197,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .map(|f| windfall_host::sky::read(&folder.join(f)))
         .transpose()?;
     let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, args.alpha));
-    let mut pictures = Pictures::new(&gpu, &stage, scene.size, (sky.as_ref(), linear))?;
+    let mut pictures = Pictures::new(&gpu, renderer, &stage, scene.size, (sky.as_ref(), linear))?;
     gpu.check()?;
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
     let progress = progress_bar(moments.len() as u64);
@@ -234,6 +245,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
+}
+
+/// Waits for the trees.
+fn join(loading: JoinHandle<anyhow::Result<Vec<Import>>>) -> anyhow::Result<Vec<Import>> {
+    loading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// A built-in scene by name, or a file: with its folder and its name in errors.

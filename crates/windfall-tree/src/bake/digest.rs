@@ -49,11 +49,11 @@ fn place(bytes: &[u8], own: &str) -> Option<usize> {
 }
 
 #[cfg(feature = "parallel")]
-fn update(hasher: &mut blake3::Hasher, bytes: &[u8]) {
+pub(super) fn update(hasher: &mut blake3::Hasher, bytes: &[u8]) {
     hasher.update_rayon(bytes);
 }
 
 #[cfg(not(feature = "parallel"))]
-fn update(hasher: &mut blake3::Hasher, bytes: &[u8]) {
+pub(super) fn update(hasher: &mut blake3::Hasher, bytes: &[u8]) {
     hasher.update(bytes);
 }

@@ -3,6 +3,7 @@
 //! A `View` is the index of a buffer view, and `None` an array without elements: glTF has no empty views.
 
 use serde::{Deserialize, Serialize};
+use windfall_core::NoteCode;
 use windfall_core::simplify::PruneOrder;
 
 pub(super) type View = Option<usize>;
@@ -14,6 +15,7 @@ pub(super) struct Extension {
     pub digest: String,
     pub source: String,
     pub prune_order: Option<Order>,
+    pub notes: Vec<Remark>,
     pub name: String,
     pub wood: Wood,
     pub leaves: Leaves,
@@ -24,6 +26,15 @@ pub(super) struct Extension {
 pub(super) struct Order {
     pub name: PruneOrder,
     pub seed: u32,
+}
+
+/// A note on the source, without its name.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub(super) struct Remark {
+    pub code: NoteCode,
+    pub place: String,
+    pub message: String,
 }
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -10,6 +10,7 @@
 //! | `digest` | hash (BLAKE3) of the whole file, in which these 64 characters are `0`: a damaged file is refused |
 //! | `source` | hash of what was baked and with which options: [`SourceHash`] |
 //! | `pruneOrder` | the prune order and its seed, if it is known |
+//! | `notes` | what there was to say about the source, without its name |
 //! | `name` | the tree's name |
 //! | `wood`, `leaves` | small values, and the buffer views of the arrays (the module `format` says which) |
 //!
@@ -28,6 +29,7 @@ pub use source::SourceHash;
 pub use write::{Viewers, bake};
 
 use crate::export::ExportError;
+use windfall_core::Note;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 
@@ -56,12 +58,15 @@ pub struct BakedTree {
 }
 
 /// Where a baked tree comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
     /// Hash of the source and of the options.
     pub source: SourceHash,
     /// The prune order of its leaves and the seed of that; `None`: random, as the leaves were assembled.
     pub prune_order: Option<(PruneOrder, u32)>,
+    /// What there was to say about the source ([`crate::Import::notes`]). The file does not keep the source's name: read
+    /// back, the notes are of the baked file.
+    pub notes: Vec<Note>,
 }
 
 /// Why a tree could not be baked.

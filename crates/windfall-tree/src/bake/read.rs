@@ -14,7 +14,7 @@ use windfall_core::foliage::{Foliage, Leaf, LeafShape, Palette, Shading, Visibil
 use windfall_core::material::{Bark, Image, Material, Surface};
 use windfall_core::simplify::WoodLevel;
 use windfall_core::tree::{Tree, Wood};
-use windfall_core::{InputError, InputErrorKind};
+use windfall_core::{InputError, InputErrorKind, Note};
 
 impl BakedTree {
     /// Reads a baked tree. `file` is what errors call the file.
@@ -79,7 +79,9 @@ pub(crate) fn read(
         InputError::new(file, format!("{EXTENSION}, {}", fault.place), OutOfRange, fault.cause)
     })?;
     let prune_order = extension.prune_order.map(|order| (order.name, order.seed));
-    Ok(BakedTree { tree, about: About { source, prune_order } })
+    let notes = extension.notes.into_iter();
+    let notes = notes.map(|note| Note::new(note.code, file, note.place, note.message)).collect();
+    Ok(BakedTree { tree, about: About { source, prune_order, notes } })
 }
 
 struct Reader<'a> {

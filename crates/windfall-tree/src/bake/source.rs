@@ -1,5 +1,6 @@
 //! The hash of what a tree is made of.
 
+use super::digest;
 use crate::{GrowOptions, ImportOptions, Species};
 use std::fmt;
 use std::str::FromStr;
@@ -10,10 +11,11 @@ pub struct SourceHash([u8; 32]);
 
 impl SourceHash {
     /// Of a file. `outside` are the names of what it refers to outside itself ([`crate::survey`]) and their bytes.
-    pub fn of_file(bytes: &[u8], outside: &[(String, Vec<u8>)], options: &ImportOptions) -> Self {
+    pub fn of_file(bytes: &[u8], outside: &[(&str, &[u8])], options: &ImportOptions) -> Self {
         let mut hasher = blake3::Hasher::new_derive_key("Windfall 2026 source of a tree: file");
         let mut add = |bytes: &[u8]| {
-            hasher.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+            hasher.update(&(bytes.len() as u64).to_le_bytes());
+            digest::update(&mut hasher, bytes);
         };
         add(bytes);
         for (name, bytes) in outside {
@@ -62,7 +64,6 @@ mod tests {
         let none = ImportOptions::default();
         let some = ImportOptions { height: Some(3.0), ..none.clone() };
         let other = ImportOptions { leaves: vec!["a".into()], ..none.clone() };
-        let outside = |name: &str, bytes: &[u8]| vec![(name.to_owned(), bytes.to_vec())];
         let usual = GrowOptions::default();
         let high = GrowOptions { height: Some(3.0), ..usual };
         let all = [
@@ -70,8 +71,8 @@ mod tests {
             SourceHash::of_file(b"b", &[], &none),
             SourceHash::of_file(b"a", &[], &some),
             SourceHash::of_file(b"a", &[], &other),
-            SourceHash::of_file(b"a", &outside("x", b"yz"), &none),
-            SourceHash::of_file(b"a", &outside("xy", b"z"), &none),
+            SourceHash::of_file(b"a", &[("x", b"yz")], &none),
+            SourceHash::of_file(b"a", &[("xy", b"z")], &none),
             SourceHash::of_species(Species::Oak, 1, &usual),
             SourceHash::of_species(Species::Oak, 2, &usual),
             SourceHash::of_species(Species::Oak, 1, &high),

@@ -1,8 +1,8 @@
 //! Writes a baked tree.
 
 use super::format::{
-    Extension, Leaves, Level, Material, Order, Palette, Shading, Shapes, Surface, View, Visibility,
-    Wood,
+    Extension, Leaves, Level, Material, Order, Palette, Remark, Shading, Shapes, Surface, View,
+    Visibility, Wood,
 };
 use super::records::{BranchRecord, LeafRecord, ShapeArrays, WoodVertexRecord};
 use super::{About, BakeError, EXTENSION, VERSION, check, digest};
@@ -83,6 +83,15 @@ pub fn bake(tree: &Tree, about: &About, viewers: Viewers) -> Result<Vec<u8>, Bak
         digest: digest::blank(),
         source: about.source.to_string(),
         prune_order: about.prune_order.map(|(name, seed)| Order { name, seed }),
+        notes: about
+            .notes
+            .iter()
+            .map(|note| Remark {
+                code: note.code,
+                place: note.place.clone(),
+                message: note.message.clone(),
+            })
+            .collect(),
         name: tree.name.clone(),
         wood,
         leaves,

@@ -54,12 +54,13 @@ pub(super) struct Built {
 }
 
 impl<'a> Reader<'a> {
+    /// `None` if `watch` stops it.
     pub fn build(
         &mut self,
         found: &mut [Found<'a>],
         options: &ImportOptions,
         watch: &mut Watch<'_>,
-    ) -> Result<Built, InputError> {
+    ) -> Result<Option<Built>, InputError> {
         let mut slots = Slots::default();
         let mut read = Vec::with_capacity(found.len());
         let mut colored = Vec::new();
@@ -89,7 +90,10 @@ impl<'a> Reader<'a> {
         let joined = nodes_are_leaves(self, found, &read)?;
         for (number, geometry) in &read {
             let part = &found[*number];
-            watch(if part.is(Use::Leaves) { Stage::Leaves } else { Stage::Parse });
+            let stage = if part.is(Use::Leaves) { Stage::Leaves } else { Stage::Parse };
+            if watch(stage).is_break() {
+                return Ok(None);
+            }
             let (mut wooden, mut leafy) = (Mesh::default(), Pieces::default());
             for i in 0..part.transforms.len() {
                 let transform = transform(part, geometry, i);
@@ -108,7 +112,9 @@ impl<'a> Reader<'a> {
                 wood.push((*number, wooden));
             }
         }
-        watch(Stage::Leaves);
+        if watch(Stage::Leaves).is_break() {
+            return Ok(None);
+        }
         let verdicts = judge(self, found, &leaves, &wood, &slots, options);
         for ((number, pieces), verdicts) in leaves.iter().zip(&verdicts) {
             let mut count = |verdict, what: &str| {
@@ -123,7 +129,7 @@ impl<'a> Reader<'a> {
         }
         let mut tree = assemble(found, slots, &wood, (&leaves, &verdicts), options);
         tree.name = self.file.to_string();
-        Ok(Built { tree, parts, origin })
+        Ok(Some(Built { tree, parts, origin }))
     }
 
     /// The geometry of a primitive, read once for all nodes that have it.

@@ -24,7 +24,7 @@ mod skin;
 mod slots;
 mod sort;
 
-use crate::bake::{self, BakedTree};
+use crate::bake::{self, About, BakedTree};
 use crate::prepare::{self, Stage, Watch};
 use build::Built;
 use document::Document;
@@ -141,14 +141,16 @@ pub struct Import {
     pub tree: Tree,
     /// What was left out, repaired, or looks wrong, by [`NoteCode`].
     pub notes: Vec<Note>,
-    /// The primitives, and what each was taken for.
+    /// The primitives, and what each was taken for; none of a baked tree.
     pub parts: Vec<Part>,
+    /// What a baked tree was made of; `None` of any other.
+    pub baked: Option<About>,
 }
 
 impl From<Tree> for Import {
     /// A tree that comes from no file: there is nothing to say about it.
     fn from(tree: Tree) -> Self {
-        Self { tree, notes: Vec::new(), parts: Vec::new() }
+        Self { tree, notes: Vec::new(), parts: Vec::new(), baked: None }
     }
 }
 
@@ -176,9 +178,10 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
 ///
-/// **A baked tree** ([`mod@crate::bake`]) is recognised and read as it is, in a hundredth of the time. Another `height` and
-/// another `prune_order` than it has are applied; its shed order stays, and options that say how a source is read are
-/// refused.
+/// **A baked tree** ([`mod@crate::bake`]) is recognised and read as it is, in a hundredth of the time, with the notes of when
+/// it was baked. Another `height` scales what was baked: apart from rounding, that is the tree as it would be baked at that
+/// height. Another `prune_order` than it has is applied, and without one it keeps its own; its shed order stays. Options
+/// that say how a source is read are refused.
 ///
 /// # Errors
 ///
@@ -190,10 +193,13 @@ pub fn import(
     options: &ImportOptions,
     resolve: &mut Resolve<'_>,
 ) -> Result<Import, InputError> {
-    import_watched(bytes, file, options, resolve, &mut |_| {})
+    match import_watched(bytes, file, options, resolve, &mut prepare::unwatched)? {
+        Some(import) => Ok(import),
+        None => unreachable!("nothing stops it"),
+    }
 }
 
-/// [`import`] that tells `watch` what it begins to do.
+/// [`import`] that tells `watch` what it begins to do; `None` if that stops it.
 ///
 /// # Errors
 ///
@@ -204,8 +210,10 @@ pub fn import_watched(
     options: &ImportOptions,
     resolve: &mut Resolve<'_>,
     watch: &mut Watch<'_>,
-) -> Result<Import, InputError> {
-    watch(Stage::Parse);
+) -> Result<Option<Import>, InputError> {
+    if watch(Stage::Parse).is_break() {
+        return Ok(None);
+    }
     for (name, value) in [("height", options.height), ("unit", options.unit)] {
         if let Some(value) = value
             && !(value.is_finite() && value > 0.0)
@@ -240,7 +248,8 @@ pub fn import_watched(
     };
     let mut found = reader.find(options)?;
     sort::sort(&mut found, options, &mut reader)?;
-    let Built { mut tree, mut parts, origin } = reader.build(&mut found, options, watch)?;
+    let Some(built) = reader.build(&mut found, options, watch)? else { return Ok(None) };
+    let Built { mut tree, mut parts, origin } = built;
     if tree.foliage.leaves.is_empty() {
         let why = "the leaves' triangles have no area";
         return Err(sort::no_leaves(&found, file, Empty, why));
@@ -255,14 +264,16 @@ pub fn import_watched(
             factor = if before > 0.0 { height / before } else { 1.0 };
         }
     };
-    prepare::finish(&mut tree, options.prune_order, place, watch);
+    if prepare::finish(&mut tree, options.prune_order, place, watch).is_break() {
+        return Ok(None);
+    }
     for part in &mut parts {
         part.bounds = part.bounds.map(|corner| (corner + shift) * factor);
     }
     reader.note_implausible(&tree, &parts);
     let mut notes = reader.notes;
     notes.sort_by_key(|note| note.code);
-    Ok(Import { tree, notes, parts })
+    Ok(Some(Import { tree, notes, parts, baked: None }))
 }
 
 /// A baked tree as `options` want it.
@@ -271,8 +282,8 @@ fn adapt(
     file: &str,
     options: &ImportOptions,
     watch: &mut Watch<'_>,
-) -> Result<Import, InputError> {
-    let BakedTree { mut tree, about } = baked;
+) -> Result<Option<Import>, InputError> {
+    let BakedTree { mut tree, mut about } = baked;
     if let Some(name) = options.of_source() {
         let cause =
             "the file is a baked tree, in which this is settled: give the option when it is baked";
@@ -286,10 +297,14 @@ fn adapt(
     if let Some((order, seed)) = options.prune_order
         && about.prune_order != Some((order, seed))
     {
-        watch(Stage::Order);
+        if watch(Stage::Order).is_break() {
+            return Ok(None);
+        }
         prepare::set_prune_order(&mut tree.foliage, order, seed);
+        about.prune_order = options.prune_order;
     }
-    Ok(tree.into())
+    file.clone_into(&mut tree.name);
+    Ok(Some(Import { tree, notes: about.notes.clone(), parts: Vec::new(), baked: Some(about) }))
 }
 
 /// A document that is being read, and what has been loaded of it.

@@ -34,6 +34,7 @@ pub use simple_shapes::simple_shapes;
 pub use visibility::{openness, sides, visibility, visible_areas};
 pub use wood::prepare_wood;
 
+use std::ops::ControlFlow;
 use windfall_core::foliage::Foliage;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
@@ -73,52 +74,60 @@ impl Stage {
     }
 }
 
-/// Is told when a stage begins, for progress bars and measurements.
-pub type Watch<'a> = dyn FnMut(Stage) + 'a;
+/// Is told when a stage begins, and says whether to go on: for progress bars, measurements, and to stop what nobody
+/// waits for any more.
+pub type Watch<'a> = dyn FnMut(Stage) -> ControlFlow<()> + 'a;
+
+/// A [`Watch`] that looks away.
+pub(crate) fn unwatched(_: Stage) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// Prepares a tree in the prune order that its leaves have.
 pub fn prepare(tree: &mut Tree) {
-    finish(tree, None, |_| {}, &mut |_| {});
+    let _ = finish(tree, None, |_| {}, &mut unwatched);
 }
 
 /// Prepares a tree and puts its leaves into a prune order: [`prepare`] and [`set_prune_order`], with the visibility
 /// measured once.
 pub fn prepare_in_order(tree: &mut Tree, order: PruneOrder, seed: u32) {
-    finish(tree, Some((order, seed)), |_| {}, &mut |_| {});
+    let _ = finish(tree, Some((order, seed)), |_| {}, &mut unwatched);
 }
 
 /// Prepares a tree in a prune order with its seed, or in the order that its leaves have; `place` moves and scales it.
 ///
 /// What does not depend on the prune order is measured before the leaves are reordered or moved. Rounding, and the
-/// winner among leaves at the same depth, depend on both; a tree's shading must not.
+/// winner among leaves at the same depth, depend on both; a tree's shading must not. A tree that `watch` stops is half
+/// prepared.
 pub(crate) fn finish(
     tree: &mut Tree,
     order: Option<(PruneOrder, u32)>,
     place: impl FnOnce(&mut Tree),
     watch: &mut Watch<'_>,
-) {
-    watch(Stage::Visibility);
+) -> ControlFlow<()> {
+    watch(Stage::Visibility)?;
     let foliage = &mut tree.foliage;
     let open = openness(foliage);
     for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
         leaf.ambient = open;
     }
     foliage.shading = shading(foliage);
-    watch(Stage::Shapes);
+    watch(Stage::Shapes)?;
     foliage.simple_shapes = simple_shapes(foliage);
     if order.is_none() {
-        watch(Stage::Visibility);
+        watch(Stage::Visibility)?;
         measure_visibility(foliage);
     }
     place(tree);
     if let Some((order, seed)) = order {
-        watch(Stage::Order);
+        watch(Stage::Order)?;
         order::reorder(&mut tree.foliage, order, seed);
-        watch(Stage::Visibility);
+        watch(Stage::Visibility)?;
         measure_visibility(&mut tree.foliage);
     }
-    watch(Stage::Wood);
+    watch(Stage::Wood)?;
     prepare_wood(&mut tree.wood);
+    ControlFlow::Continue(())
 }
 
 fn measure_visibility(foliage: &mut Foliage) {
