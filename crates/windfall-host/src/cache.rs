@@ -24,7 +24,7 @@ const STALE: Duration = Duration::from_hours(1);
 pub struct TreeCache {
     folder: PathBuf,
     most_bytes: u64,
-    /// Whether nothing can be written: said once.
+    /// Whether it cannot be read or written: said once.
     broken: AtomicBool,
 }
 
@@ -72,12 +72,15 @@ impl TreeCache {
     /// The tree of a source, if it is there, and marks it as used. A file that cannot be read as a baked tree is
     /// removed.
     pub fn get(&self, source: SourceHash) -> Option<BakedTree> {
+        if self.broken.load(Ordering::Relaxed) {
+            return None;
+        }
         let path = self.path(source);
         let bytes = match std::fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
             Err(error) => {
-                warn!("the cache has {}, which cannot be read: {error}", path.display());
+                self.give_up(&format!("{}: {error}", path.display()));
                 return None;
             }
         };
@@ -111,10 +114,14 @@ impl TreeCache {
         }
         match self.try_put(tree, about) {
             Ok(path) => info!("baked a tree into the cache: {}", path.display()),
-            Err(error) => {
-                self.broken.store(true, Ordering::Relaxed);
-                warn!("the tree cache is not used: {error:#}");
-            }
+            Err(error) => self.give_up(&format!("{error:#}")),
+        }
+    }
+
+    /// Says once that the cache is of no use.
+    fn give_up(&self, why: &str) {
+        if !self.broken.swap(true, Ordering::Relaxed) {
+            warn!("the tree cache is not used: {why}");
         }
     }
 

@@ -9,5 +9,6 @@ pub mod cache;
 pub mod device;
 pub mod file;
 pub mod image;
+pub mod memory;
 pub mod sky;
 pub mod tree;

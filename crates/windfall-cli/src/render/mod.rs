@@ -16,13 +16,13 @@ use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
+use std::time::Instant;
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_gpu::{DebugView, Options, Renderer, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{CameraKey, Culling, Elimination, Model, QualityPreset, Scene, Strategy};
-use windfall_tree::Import;
 
 /// Arguments of `windfall render`.
 #[derive(clap::Args)]
@@ -124,11 +124,34 @@ struct Report {
     size: (u32, u32),
     /// What there is to say about the files that were read.
     notes: Vec<Note>,
+    startup_ms: Startup,
+    /// Most memory that the program had, where the system tells it.
+    peak_bytes: Option<u64>,
     frames: Vec<FrameReport>,
+}
+
+/// Milliseconds up to the first frame.
+#[derive(Serialize, Default)]
+struct Startup {
+    /// Opening the adapter.
+    device: f64,
+    /// Shader modules and pipelines, while the trees load.
+    pipelines: f64,
+    /// Loading the trees, on threads of their own.
+    trees: f64,
+    /// Planting the forest, uploading it, and pipelines of a published strategy.
+    upload: f64,
+    /// Drawing the first frame and reading it back.
+    frame: f64,
+    /// From the program's start to the pixels of the first frame.
+    total: f64,
 }
 
 /// Runs `windfall render`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let since = |moment: Instant| moment.elapsed().as_secs_f64() * 1e3;
+    let mut startup = Startup::default();
     let output = Output::parse(&args.out)?;
     let (scene, folder, name) = read_scene(&args.scene)?;
     let mut scene = args.apply(scene, &name)?;
@@ -142,8 +165,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // Trees load while the pipelines compile.
     let sources = loading::sources(&scene, &folder);
     let cache = args.plant.cache.cache();
-    let loading = std::thread::spawn(move || loading::load(&sources, cache.as_ref()));
+    let loading = std::thread::spawn(move || {
+        let loaded = loading::load(&sources, cache.as_ref())?;
+        Ok((loaded, since(start)))
+    });
+    let opening = Instant::now();
     let mut gpu = Gpu::open()?;
+    startup.device = since(opening);
     let largest = gpu.device.limits().max_texture_dimension_2d;
     if scene.size.0.max(scene.size.1) > largest {
         bail!(
@@ -166,13 +194,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let new_renderer = || Renderer::new(&gpu.device, &Options::picture(pictures::FORMAT));
-    let (loaded, renderer) = if loading.is_finished() {
+    let compiling = Instant::now();
+    let (renderer, (loaded, trees_ms)) = if loading.is_finished() {
         // What cannot be read is said at once.
-        (join(loading)?, new_renderer()?)
+        let loaded = join(loading)?;
+        (new_renderer()?, loaded)
     } else {
         let renderer = new_renderer()?;
-        (join(loading)?, renderer)
+        startup.pipelines = since(compiling);
+        (renderer, join(loading)?)
     };
+    if startup.pipelines == 0.0 {
+        startup.pipelines = since(compiling);
+    }
+    startup.trees = trees_ms;
     let mut notes = Vec::new();
     let trees = planting::trees(&scene, loaded, &mut notes);
     let framed = !args.plant.tree.is_empty() && args.camera.is_empty();
@@ -183,6 +218,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let heights: Vec<f32> = read.map(|(_, tree)| tree.height()).collect();
         framing::fit_to_trees(&mut scene, &heights);
     }
+    let uploading = Instant::now();
     let mut stage = scene.place(trees);
     if framed && stage.forest.instances.len() == 1 {
         framing::look_at_tree(&mut scene, &stage);
@@ -199,6 +235,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, args.alpha));
     let mut pictures = Pictures::new(&gpu, renderer, &stage, scene.size, (sky.as_ref(), linear))?;
     gpu.check()?;
+    startup.upload = since(uploading);
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
@@ -217,7 +254,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             transparent_sky: args.alpha,
             ..scene.view(time, &stage.forest.terrain)
         };
+        let drawing = Instant::now();
         let (rgba, linear, report) = pictures.draw(&mut gpu, view, (frame, time))?;
+        if reports.is_empty() {
+            (startup.frame, startup.total) = (since(drawing), since(start));
+        }
         let image = RgbaImage { width: scene.size.0, height: scene.size.1, rgba: &rgba };
         let file = match &output {
             Output::Png(path) | Output::Exr(path) => Some(path.clone()),
@@ -241,14 +282,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     progress.finish_and_clear();
     if args.json {
-        let report = Report { adapter: gpu.adapter, size: scene.size, notes, frames: reports };
+        let report = Report {
+            adapter: gpu.adapter,
+            size: scene.size,
+            notes,
+            startup_ms: startup,
+            peak_bytes: windfall_host::memory::peak(),
+            frames: reports,
+        };
         writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
 }
 
 /// Waits for the trees.
-fn join(loading: JoinHandle<anyhow::Result<Vec<Import>>>) -> anyhow::Result<Vec<Import>> {
+fn join<T>(loading: JoinHandle<anyhow::Result<T>>) -> anyhow::Result<T> {
     loading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
