@@ -1,4 +1,4 @@
-//! Measurements of Windfall on the adapter at hand: falling leaves, image effects, simplification.
+//! Measurements of Windfall on the adapter at hand: loading, falling leaves, image effects, simplification.
 //!
 //! The configurations of a comparison run in one process and take turns frame by frame, so that
 //! changes of clock speed and temperature affect all of them alike. Results are medians and
@@ -11,6 +11,7 @@ mod baseline;
 mod falling;
 mod harness;
 mod image;
+mod load;
 mod output;
 mod picture;
 mod plot;
@@ -30,6 +31,8 @@ pub struct Args {
 enum Benchmark {
     /// Falling leaves: strategies over a walkthrough, a million leaves, cost against count
     Falling(falling::Args),
+    /// What it takes until trees and scenes are drawn: time by stage, memory, first frames
+    Load(load::Args),
     /// Presets of quality and single effects, over the named scenes
     Picture(picture::Args),
     /// Whole frames of a walk, beside the least that a frame can take
@@ -47,6 +50,7 @@ enum Benchmark {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.benchmark {
         Benchmark::Falling(args) => falling::run(args),
+        Benchmark::Load(args) => load::run(args),
         Benchmark::Picture(args) => picture::run(args),
         Benchmark::Realtime(args) => realtime::run(args),
         Benchmark::Simplification(args) => simplification::run(args),
