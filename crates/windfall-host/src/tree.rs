@@ -223,6 +223,16 @@ pub fn read_or_grow(name: &str, seed: u32, options: &ImportOptions) -> anyhow::R
     loaded.context("stopped")
 }
 
+/// Reads a `.glb` or `.gltf` file, and the files that it names, without a cache.
+///
+/// # Errors
+///
+/// Those of [`TreeSource::load`].
+pub fn read(path: &Path, options: &ImportOptions) -> anyhow::Result<Import> {
+    let source = TreeSource::File { path: path.to_owned(), options: options.clone() };
+    source.load(None, &mut go_on)?.context("stopped")
+}
+
 /// Loads trees at the same time, on as many threads as the machine has cores. `watch` is told the number of the tree; when
 /// it stops one, it stops all: `None`. The trees do not depend on the number of threads.
 ///
