@@ -66,11 +66,13 @@ pub enum NoteCode {
     WiderThanTall,
     /// `wood-by-piece`, trees: pieces among the leaves were taken for wood.
     WoodByPiece,
+    /// `wood-in-full`, trees: this build cannot simplify wood, as in browsers, and the tree was not baked.
+    WoodInFull,
 }
 
 impl NoteCode {
     /// Every code, in alphabetical order.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::AnimationLeftOut,
         Self::AttributeLeftOut,
         Self::BlendAsMask,
@@ -98,6 +100,7 @@ impl NoteCode {
         Self::VertexColors,
         Self::WiderThanTall,
         Self::WoodByPiece,
+        Self::WoodInFull,
     ];
 
     /// The stable name: lower-case words with hyphens, for programs, documentation and switches.
@@ -130,6 +133,7 @@ impl NoteCode {
             Self::VertexColors => "vertex-colors",
             Self::WiderThanTall => "wider-than-tall",
             Self::WoodByPiece => "wood-by-piece",
+            Self::WoodInFull => "wood-in-full",
         }
     }
 }

@@ -361,11 +361,13 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CameraKey, Culling, EventEntry, QualityPreset, Scene, named};
+    use super::Model;
+    use crate::{CameraKey, Culling, EventEntry, QualityPreset, Scene, Source, TreeEntry, named};
     use std::convert::Infallible;
     use windfall_core::forest::Terrain;
     use windfall_core::simplify::PruneOrder;
     use windfall_tree::prepare::visible_areas;
+    use windfall_tree::{Species, set_prune_order};
 
     /// A scene with a camera that moves along x and looks along -z.
     fn moving(keys: &[(f64, f64)]) -> Scene {
@@ -453,6 +455,40 @@ mod tests {
                 .map(|tree| visible_areas(&tree.foliage).is_sorted_by(|a, b| a >= b));
             assert!(sorted && !spread);
         }
+    }
+
+    #[test]
+    fn trees_that_a_program_loads_itself_are_those_that_are_built() {
+        let mut scene = named("lone-oak").unwrap();
+        scene.trees[0].height = Some(5.0);
+        let mut birch = TreeEntry::new(Source::Species("birch".into()));
+        (birch.variants, birch.palette) = (1, Some("maple".into()));
+        scene.trees.push(birch);
+        scene.trees.push(TreeEntry::new(Source::File("a.glb".into())));
+        scene.prune_order = PruneOrder::Importance;
+        let of_file = Species::Aspen.grow_with(1, 50);
+        let Ok(built) = scene.build(|file, _| -> Result<_, Infallible> {
+            assert_eq!(file, "a.glb");
+            Ok(of_file.clone())
+        });
+        let made = scene.models().into_iter().map(|model| match model {
+            Model::Species { species, seed, options } => species.grow_as(seed, &options),
+            Model::File { file, options } => {
+                assert_eq!(file, "a.glb");
+                let mut tree = of_file.clone();
+                let (order, seed) = options.prune_order.unwrap();
+                set_prune_order(&mut tree.foliage, order, seed);
+                tree
+            }
+        });
+        let placed = scene.place(made.collect());
+        assert_eq!(built.trees.len(), scene.models().len());
+        assert_eq!(format!("{:?}", placed.trees), format!("{:?}", built.trees));
+        assert_eq!(placed.forest.instances, built.forest.instances);
+        assert_eq!(
+            placed.trees.iter().find(|tree| tree.name == "birch").unwrap().foliage.palette,
+            Some(Species::Maple.params().palette)
+        );
     }
 
     #[test]

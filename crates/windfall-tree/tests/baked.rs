@@ -120,6 +120,35 @@ fn the_importer_recognises_a_baked_tree_and_scales_it() {
     }
 }
 
+#[test]
+fn a_baked_tree_is_scaled_as_its_source_would_be() {
+    let source = export_glb(&grown(Species::Maple)).unwrap();
+    let read = |bytes: &[u8], height| {
+        let options =
+            ImportOptions { height, prune_order: about().prune_order, ..Default::default() };
+        import(bytes, "h.glb", &options, &mut |_| Err(String::new())).unwrap().tree
+    };
+    let usual = read(&source, None);
+    let there = read(&source, Some(7.0));
+    let scaled = read(&baked(&usual), Some(7.0));
+    assert!((scaled.height() - 7.0).abs() < 1e-4 && (usual.height() - 7.0).abs() > 2.0);
+    let (a, b) = (&there.foliage, &scaled.foliage);
+    assert_eq!(a.leaves.len(), b.leaves.len());
+    for (a, b) in a.leaves.iter().zip(&b.leaves) {
+        assert_eq!((a.shed_rank, a.shape, a.ambient), (b.shed_rank, b.shape, b.ambient));
+        assert!(a.center.abs_diff_eq(b.center, 1e-4) && (a.scale - b.scale).abs() < 1e-5);
+    }
+    assert_eq!((a.shading, &a.simple_shapes), (b.shading, &b.simple_shapes));
+    let seen = |tree: &Tree| tree.foliage.visibility;
+    assert!((seen(&there).share - seen(&scaled).share).abs() < 1e-3);
+    // The finest level has the first error that is tried, at the height at which the tree was baked.
+    let factor = 7.0 / usual.height();
+    for (level, baked) in scaled.wood.levels.iter().zip(&usual.wood.levels) {
+        assert_eq!(level.indices, baked.indices);
+        assert!((level.error - baked.error * factor).abs() < 1e-6);
+    }
+}
+
 /// A copy without the extension: what a program makes of it that does not know the extension.
 fn without_extension(bytes: &[u8]) -> Vec<u8> {
     let mut model = Model::from_glb(bytes);

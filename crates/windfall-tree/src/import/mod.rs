@@ -271,6 +271,11 @@ pub fn import_watched(
         part.bounds = part.bounds.map(|corner| (corner + shift) * factor);
     }
     reader.note_implausible(&tree, &parts);
+    if !prepare::SIMPLIFIES {
+        let message = "this build has no meshoptimizer: the wood is drawn in full at any distance, and leaves \
+                       with their outlines; `windfall bake` writes a tree that has both simplified";
+        reader.note(NoteCode::WoodInFull, "", message);
+    }
     let mut notes = reader.notes;
     notes.sort_by_key(|note| note.code);
     Ok(Some(Import { tree, notes, parts, baked: None }))

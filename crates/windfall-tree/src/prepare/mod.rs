@@ -39,6 +39,10 @@ use windfall_core::foliage::Foliage;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 
+/// Whether meshes can be simplified: not in browsers, where meshoptimizer (C++) is not built, and no crate in Rust keeps
+/// seams and normals as it does.
+pub const SIMPLIFIES: bool = cfg!(not(target_arch = "wasm32"));
+
 /// What is being done to a tree: the stages, in their order. Some come again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
