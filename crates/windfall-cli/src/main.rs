@@ -26,6 +26,11 @@ use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
 use windfall_host::device::NoAdapter;
 
+/// Keeps memory that large arrays have given back for the next ones: fresh pages from the system take as long as the loading of
+/// a tree itself.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const EXAMPLES: &str = "\
 Examples:
   windfall render --out autumn.png                     the default scene
