@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
-use windfall_gpu::{Requirements, Timing};
+use windfall_gpu::{Job, Requirements, Timing};
 
 /// Backends that the program is built with, by their names in `WGPU_BACKEND`.
 const BACKENDS: [(&str, wgpu::Backends); 3] = [
@@ -161,6 +161,24 @@ impl Gpu {
     }
 }
 
+/// Runs the jobs of [`windfall_gpu::Renderer::new_with`] on as many threads as the machine has cores.
+pub fn run_jobs(jobs: Vec<Job<'_>>) {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
+    let jobs = Mutex::new(jobs.into_iter());
+    let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = || {
+        while let Some(job) = next() {
+            job();
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(work);
+        }
+        work();
+    });
+}
+
 /// The backends that `WGPU_BACKEND` asks for, by default all.
 fn requested_backends(names: Option<&str>) -> Result<wgpu::Backends, NoAdapter> {
     let all = wgpu::Backends::from_iter(BACKENDS.map(|b| b.1));
@@ -199,6 +217,7 @@ fn by_label(results: &[GpuTimerQueryResult]) -> BTreeMap<String, f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
     fn backends_are_asked_for_by_name() {
@@ -210,6 +229,20 @@ mod tests {
             let error = requested_backends(Some(name)).unwrap_err().to_string();
             assert!(error.starts_with(&format!("WGPU_BACKEND={name}: ")), "{error}");
             assert!(error.ends_with("there are: vulkan, metal, dx12"), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_job_is_run_once() {
+        for count in [0, 1, 2, 50] {
+            let runs: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
+            let job = |run| -> Job<'_> {
+                Box::new(move || {
+                    AtomicUsize::fetch_add(run, 1, Ordering::Relaxed);
+                })
+            };
+            run_jobs(runs.iter().map(job).collect());
+            assert!(runs.iter().all(|run| run.load(Ordering::Relaxed) == 1), "{count}");
         }
     }
 

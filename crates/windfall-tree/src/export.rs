@@ -311,6 +311,11 @@ impl Writer {
         self.buffer_views.len() - 1
     }
 
+    /// Takes room for so many bytes at once: growing would copy what is there, again and again.
+    pub fn reserve(&mut self, bytes: usize) {
+        self.binary.reserve(bytes);
+    }
+
     /// The file, with an extension of its root if there is one: name and content.
     pub fn finish(
         self,

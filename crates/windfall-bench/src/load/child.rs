@@ -85,7 +85,18 @@ fn with_gltf(file: &Path) -> anyhow::Result<Found> {
     let imported = gltf::import(file).with_context(|| format!("{}", file.display()))?;
     found.add("gltf crate", start);
     found.peak = over(before);
-    drop(imported);
+    // Windfall's parsing gives arrays; the crate's import alone gives the bytes in which they are.
+    let (document, buffers, _) = &imported;
+    let mut arrays = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
+        let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
+        arrays.0.extend(reader.read_positions().into_iter().flatten());
+        arrays.1.extend(reader.read_normals().into_iter().flatten());
+        arrays.2.extend(reader.read_tex_coords(0).into_iter().flat_map(|uvs| uvs.into_f32()));
+        arrays.3.extend(reader.read_indices().into_iter().flat_map(|indices| indices.into_u32()));
+    }
+    std::hint::black_box(&arrays);
+    found.add("gltf crate, with its arrays", start);
     Ok(found)
 }
 

@@ -20,7 +20,7 @@ use std::time::Instant;
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
 use windfall_gpu::{DebugView, Options, Renderer, View};
-use windfall_host::device::Gpu;
+use windfall_host::device::{Gpu, run_jobs};
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{CameraKey, Culling, Elimination, Model, QualityPreset, Scene, Strategy};
 
@@ -193,7 +193,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
-    let new_renderer = || Renderer::new(&gpu.device, &Options::picture(pictures::FORMAT));
+    let options = Options::picture(pictures::FORMAT);
+    let new_renderer = || Renderer::new_with(&gpu.device, &options, &run_jobs);
     let compiling = Instant::now();
     let (renderer, (loaded, trees_ms)) = if loading.is_finished() {
         // What cannot be read is said at once.

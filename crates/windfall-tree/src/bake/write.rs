@@ -48,6 +48,7 @@ pub fn bake(tree: &Tree, about: &About, viewers: Viewers) -> Result<Vec<u8>, Bak
     }
 
     let mut writer = Writer::default();
+    writer.reserve(about_bytes(tree, viewers));
     let mut nodes = Vec::new();
     let wood = wood(&mut writer, &mut nodes, &tree.wood)?;
     if viewers == Viewers::Everything {
@@ -101,6 +102,18 @@ pub fn bake(tree: &Tree, about: &About, viewers: Viewers) -> Result<Vec<u8>, Bak
     let mut bytes = writer.finish(&tree.name, &nodes, Some((EXTENSION, content)))?;
     digest::seal(&mut bytes);
     Ok(bytes)
+}
+
+/// Bytes of the arrays, about: without pictures.
+fn about_bytes(tree: &Tree, viewers: Viewers) -> usize {
+    let levels: usize = tree.wood.levels.iter().map(|level| level.indices.len()).sum();
+    let vertex = size_of::<WoodVertexRecord>() + size_of::<BranchRecord>();
+    let wood = tree.wood.vertices.len() * vertex + levels * size_of::<u32>();
+    let leaves = tree.foliage.leaves.len() * size_of::<LeafRecord>();
+    // Place, normal, texture coordinates and leaf of each vertex.
+    let vertices = tree.foliage.vertex_count() * 12 * size_of::<f32>();
+    let shown = vertices + tree.foliage.triangle_count() * 3 * size_of::<u32>();
+    wood + leaves + if viewers == Viewers::Everything { shown } else { 0 }
 }
 
 /// Writes an array; nothing where there are no elements.
