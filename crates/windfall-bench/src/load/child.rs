@@ -92,8 +92,15 @@ fn with_gltf(file: &Path) -> anyhow::Result<Found> {
         let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
         arrays.0.extend(reader.read_positions().into_iter().flatten());
         arrays.1.extend(reader.read_normals().into_iter().flatten());
-        arrays.2.extend(reader.read_tex_coords(0).into_iter().flat_map(|uvs| uvs.into_f32()));
-        arrays.3.extend(reader.read_indices().into_iter().flat_map(|indices| indices.into_u32()));
+        arrays.2.extend(
+            reader
+                .read_tex_coords(0)
+                .into_iter()
+                .flat_map(gltf::mesh::util::ReadTexCoords::into_f32),
+        );
+        arrays.3.extend(
+            reader.read_indices().into_iter().flat_map(gltf::mesh::util::ReadIndices::into_u32),
+        );
     }
     std::hint::black_box(&arrays);
     found.add("gltf crate, with its arrays", start);

@@ -69,7 +69,7 @@ struct Row {
 #[derive(Serialize)]
 struct Goal {
     name: String,
-    goal: String,
+    limit: String,
     most: f64,
     measured: f64,
     met: bool,
@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     println!("goals");
     for goal in &report.goals {
         let met = if goal.met { "met" } else { "missed" };
-        println!("  {:<24} {:<46} {:>10.2}  {met}", goal.name, goal.goal, goal.measured);
+        println!("  {:<24} {:<46} {:>10.2}  {met}", goal.name, goal.limit, goal.measured);
     }
     match &args.json {
         Some(path) => write_json(path, &report),
@@ -277,10 +277,10 @@ impl Row {
     fn goals(&self, named_scene: bool) -> Vec<Goal> {
         let ms = |name: &str| self.ms.get(name).map(|value| value.median);
         let mut goals = Vec::new();
-        let mut add = |goal: &str, most: f64, measured: Option<f64>| {
+        let mut add = |limit: &str, most: f64, measured: Option<f64>| {
             if let Some(measured) = measured {
-                let (name, goal) = (self.name.clone(), goal.to_owned());
-                goals.push(Goal { name, goal, most, measured, met: measured <= most });
+                let (name, limit) = (self.name.clone(), limit.to_owned());
+                goals.push(Goal { name, limit, most, measured, met: measured <= most });
             }
         };
         let parse = ms("parse").zip(ms("gltf crate"));
