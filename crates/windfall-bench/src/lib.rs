@@ -1,4 +1,4 @@
-//! Measurements of Windfall on the adapter at hand: falling leaves, image effects, simplification.
+//! Measurements of Windfall on the adapter at hand: loading, falling leaves, image effects, simplification.
 //!
 //! The configurations of a comparison run in one process and take turns frame by frame, so that
 //! changes of clock speed and temperature affect all of them alike. Results are medians and
@@ -11,6 +11,7 @@ mod baseline;
 mod falling;
 mod harness;
 mod image;
+mod load;
 mod output;
 mod papers;
 mod picture;
@@ -35,6 +36,8 @@ enum Benchmark {
     Compare(papers::compare::Args),
     /// The tables and figures of the papers, beside what they print
     Papers(papers::Args),
+    /// What it takes until trees and scenes are drawn: time by stage, memory, first frames
+    Load(load::Args),
     /// Presets of quality and single effects, over the named scenes
     Picture(picture::Args),
     /// Whole frames of a walk, beside the least that a frame can take
@@ -54,6 +57,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Benchmark::Falling(args) => falling::run(args),
         Benchmark::Compare(args) => papers::compare::run(args),
         Benchmark::Papers(args) => papers::run(args),
+        Benchmark::Load(args) => load::run(args),
         Benchmark::Picture(args) => picture::run(args),
         Benchmark::Realtime(args) => realtime::run(args),
         Benchmark::Simplification(args) => simplification::run(args),

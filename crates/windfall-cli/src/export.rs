@@ -1,7 +1,8 @@
 //! `windfall export`: leaves and trees of a scene for other programs.
 
 use crate::falling::read_paths;
-use crate::planting::{PlantArgs, ThrowArgs, read_tree};
+use crate::loading;
+use crate::planting::{self, PlantArgs, ThrowArgs};
 use crate::render::{parse_frames, progress_bar, read_scene};
 use anyhow::{Context, bail};
 use glam::Vec3;
@@ -135,7 +136,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     scene.fps = args.fps.unwrap_or(scene.fps);
     scene.check(&name)?;
     let mut notes = Vec::new();
-    let mut stage = scene.build(|file, entry| read_tree(&folder, file, entry, &mut notes))?;
+    let cache = args.plant.cache.cache();
+    let loaded = loading::load(&loading::sources(&scene, &folder), cache.as_ref())?;
+    let mut stage = scene.place(planting::trees(&scene, loaded, &mut notes));
     stage.check(&name)?;
     notes.extend(read_paths(&scene, &folder, &mut stage)?);
     args.throw.apply(&mut stage)?;

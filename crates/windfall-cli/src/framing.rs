@@ -1,7 +1,6 @@
 //! Cameras for trees that a scene was not made for.
 
 use windfall_core::glam::DVec3;
-use windfall_core::tree::Tree;
 use windfall_scenes::{Capsule, Scene, Stage};
 
 /// Height of the trees that the built-in scenes are made for, metres.
@@ -11,13 +10,13 @@ const FITTING: std::ops::RangeInclusive<f32> = 0.5..=2.0;
 /// Part of the picture that a single tree fills.
 const FILL: f64 = 0.92;
 
-/// Scales the camera's way, trails and clearings of a scene to the trees that were read, where these are much smaller or
+/// Scales the camera's way, trails and clearings of a scene to the trees that were read, by their heights, where these are much smaller or
 /// larger than those that the scene was made for.
-pub fn fit_to_trees(scene: &mut Scene, trees: &[Tree]) {
-    if trees.is_empty() {
+pub fn fit_to_trees(scene: &mut Scene, heights: &[f32]) {
+    if heights.is_empty() {
         return;
     }
-    let mean = trees.iter().map(Tree::height).sum::<f32>() / trees.len() as f32;
+    let mean = heights.iter().sum::<f32>() / heights.len() as f32;
     let factor = mean / USUAL;
     if FITTING.contains(&factor) || !(factor > 0.0 && factor.is_finite()) {
         return;

@@ -3,11 +3,14 @@
 //! Data goes to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 no graphics adapter.
 
+mod bake;
+mod cache;
 mod export;
 mod falling;
 mod farm;
 mod framing;
 mod linear;
+mod loading;
 mod output;
 mod path;
 mod planting;
@@ -24,6 +27,11 @@ use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
 use windfall_host::device::NoAdapter;
 
+/// Keeps memory that large arrays have given back for the next ones: fresh pages from the system take as long as the loading of
+/// a tree itself.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 const EXAMPLES: &str = "\
 Examples:
   windfall render --out autumn.png                     the default scene
@@ -32,12 +40,13 @@ Examples:
   windfall render my.ron --frames 0-149 --fps 30 --out film.mp4
   windfall render lone-oak --json --out oak.png | jq .frames[0].leaves_total
   windfall tree inspect my_oak.glb
+  windfall bake my_oak.glb --out my_oak.baked.glb      a tree that loads at once
   windfall simplify my_oak.glb --lambda 0.1 --out far_oak.glb
   windfall export my.ron --frames 0-99 --only falling --out leaves.usda
   windfall path simulate --species maple --seconds 8 --out maple.path
 
 Environment: WGPU_BACKEND (vulkan, metal, dx12) and WGPU_ADAPTER_NAME choose the GPU,
-RUST_LOG the log (info, debug), NO_COLOR switches colours off.";
+RUST_LOG the log (info, debug), WINDFALL_CACHE_DIR the folder of the cache, NO_COLOR switches colours off.";
 
 #[derive(Parser)]
 #[command(
@@ -62,6 +71,10 @@ enum Command {
     Farm(farm::Args),
     /// Look into a tree file, or write a built-in species as one
     Tree(tree::Args),
+    /// Prepare a tree once, and write it so that it loads at once
+    Bake(bake::Args),
+    /// Show or clear what the program keeps prepared
+    Cache(cache::Args),
     /// Write a tree with a share of its leaves, for other programs
     Simplify(simplify::Args),
     /// Simulate, import, inspect and measure fall paths
@@ -97,6 +110,8 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),
+        Command::Bake(args) => bake::run(&args),
+        Command::Cache(args) => cache::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Path(args) => path::run(args),
         Command::Verify(args) => verify::run(&args),

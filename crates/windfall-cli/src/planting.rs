@@ -1,12 +1,13 @@
 //! Options of the commands that plant a scene: its trees, and leaves that are thrown.
 
+use crate::loading::CacheArgs;
 use crate::reading::{ReadArgs, print_notes};
 use anyhow::{Context, bail};
-use std::path::Path;
 use windfall_core::Note;
+use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_scenes::{Scene, Source, Stage, TreeEntry};
-use windfall_tree::Species;
+use windfall_tree::{Import, ImportOptions, Species, set_prune_order};
 
 /// Trees in place of the scene's.
 #[derive(clap::Args)]
@@ -20,6 +21,8 @@ pub struct PlantArgs {
     trees: Option<u32>,
     #[command(flatten)]
     read: ReadArgs,
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// What is wood in the --tree files: as for --leaves
     #[arg(long, value_name = "NAME|N", requires = "tree")]
     wood: Vec<String>,
@@ -99,15 +102,20 @@ impl ThrowArgs {
     }
 }
 
-/// Reads a tree of a scene in `folder`; its notes go to stderr and to `notes`.
-pub fn read_tree(
-    folder: &Path,
-    file: &str,
-    entry: &TreeEntry,
-    notes: &mut Vec<Note>,
-) -> anyhow::Result<Tree> {
-    let read = windfall_host::tree::read(&folder.join(file), &entry.import_options())?;
-    print_notes(&read.notes);
-    notes.extend(read.notes);
-    Ok(read.tree)
+/// The trees of a scene as they were loaded, in its prune order. Their notes go to stderr and to `notes`.
+pub fn trees(scene: &Scene, loaded: Vec<Import>, notes: &mut Vec<Note>) -> Vec<Tree> {
+    let of_scene = |import: Import| {
+        print_notes(&import.notes);
+        notes.extend(import.notes);
+        let mut tree = import.tree;
+        // A baked tree comes in its own order, where none is asked for.
+        let order = import.baked.and_then(|about| about.prune_order);
+        if scene.prune_order == PruneOrder::Random
+            && order.is_some_and(|(order, _)| order != PruneOrder::Random)
+        {
+            set_prune_order(&mut tree.foliage, scene.prune_order, ImportOptions::PRUNE_SEED);
+        }
+        tree
+    };
+    loaded.into_iter().map(of_scene).collect()
 }

@@ -1,14 +1,15 @@
 //! `windfall simplify`: a tree with a share of its leaves, as plain glTF.
 
+use crate::loading::{self, CacheArgs};
 use crate::reading::{ReadArgs, print_notes};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use windfall_core::simplify::{PruneOrder, WoodLevel};
 use windfall_core::tree::Tree;
 use windfall_host::file::write_atomic;
-use windfall_host::tree::read_or_grow;
+use windfall_host::tree::TreeSource;
 use windfall_tree::{export_glb, export_glb_in_prune_order, set_prune_order};
 
 /// Arguments of `windfall simplify`.
@@ -35,6 +36,8 @@ pub struct Args {
     all_in_order: bool,
     #[command(flatten)]
     read: ReadArgs,
+    #[command(flatten)]
+    cache: CacheArgs,
     /// Key of everything random
     #[arg(long, default_value_t = 0)]
     seed: u32,
@@ -86,7 +89,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
         bail!("--out {}: is not a .glb file", args.out.display());
     }
-    let read = read_or_grow(&args.tree, args.seed, &args.read.options(&[]))?;
+    let source = TreeSource::named(&args.tree, args.seed, args.read.options(&[]))?;
+    let read = loading::load(&[source], args.cache.cache().as_ref())?.pop().context("a tree")?;
     print_notes(&read.notes);
     let mut tree = read.tree;
     let (leaves_full, wood_triangles_full) = (tree.foliage.leaves.len(), tree.wood_triangles());
@@ -149,7 +153,7 @@ fn simplify_wood(tree: &mut Tree, wood: WoodAs, share: f32) -> f32 {
     }
 }
 
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,

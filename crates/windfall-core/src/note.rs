@@ -3,7 +3,7 @@
 //! A note names what was left out, repaired, or looks wrong; it never stops an import. Programs match on the
 //! [`NoteCode`], whose text is stable; people read the message. `docs/notes.md` says what to do about each.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// What a [`Note`] is about. The text of a code ([`NoteCode::code`]) never changes once released.
@@ -66,11 +66,13 @@ pub enum NoteCode {
     WiderThanTall,
     /// `wood-by-piece`, trees: pieces among the leaves were taken for wood.
     WoodByPiece,
+    /// `wood-in-full`, trees: this build cannot simplify wood, as in browsers, and the tree was not baked.
+    WoodInFull,
 }
 
 impl NoteCode {
     /// Every code, in alphabetical order.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::AnimationLeftOut,
         Self::AttributeLeftOut,
         Self::BlendAsMask,
@@ -98,6 +100,7 @@ impl NoteCode {
         Self::VertexColors,
         Self::WiderThanTall,
         Self::WoodByPiece,
+        Self::WoodInFull,
     ];
 
     /// The stable name: lower-case words with hyphens, for programs, documentation and switches.
@@ -130,7 +133,18 @@ impl NoteCode {
             Self::VertexColors => "vertex-colors",
             Self::WiderThanTall => "wider-than-tall",
             Self::WoodByPiece => "wood-by-piece",
+            Self::WoodInFull => "wood-in-full",
         }
+    }
+}
+
+impl<'de> Deserialize<'de> for NoteCode {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::ALL
+            .into_iter()
+            .find(|code| code.code() == name)
+            .ok_or_else(|| serde::de::Error::custom(format!("no note has the code \"{name}\"")))
     }
 }
 

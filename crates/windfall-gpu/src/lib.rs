@@ -36,7 +36,7 @@ pub use base::requirements::{Requirements, TurnedOff, Unsupported};
 pub use base::timing::{TimedPass, Timing};
 pub use counts::{CountReadback, Counts, TreeCounts};
 pub use frame::{Layer, LayerFrame, Picture, Recording, SceneTextures};
-pub use renderer::{DepthOnly, Layers, Options, Renderer, RendererError};
+pub use renderer::{DepthOnly, Job, Layers, Options, Renderer, RendererError};
 pub use scene::falls::Falls;
 pub use scene::forest::{Forest, ForestError, ForestTotals, Moment, TreeId, TreePlace};
 pub use scene::model::{ModelError, TreeModel, model_bytes};

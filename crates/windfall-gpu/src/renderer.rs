@@ -20,6 +20,8 @@ use crate::view::camera::ViewError;
 use crate::view::cascades;
 use crate::view::state::{Placeholders, ViewState, frame_buffer, frame_group};
 use crate::view::targets::{DEPTH, PictureTargets, RADIANCE, SAMPLES};
+use std::sync::OnceLock;
+use wgpu::{WasmNotSend, WasmNotSync};
 
 /// What a renderer draws beside foliage: pipelines are built for these alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -99,6 +101,34 @@ impl Options {
             depth_only: None,
             layers: Layers::FOLIAGE,
         }
+    }
+}
+
+/// A part of the building of a renderer, for [`Renderer::new_with`].
+#[cfg(not(target_arch = "wasm32"))]
+pub type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
+
+/// A part of the building of a renderer, for [`Renderer::new_with`]. In browsers a device stays on its thread.
+#[cfg(target_arch = "wasm32")]
+pub type Job<'a> = Box<dyn FnOnce() + 'a>;
+
+/// What a job makes.
+struct Built<T>(OnceLock<T>);
+
+impl<T: WasmNotSend + WasmNotSync> Built<T> {
+    fn new() -> Self {
+        Self(OnceLock::new())
+    }
+
+    /// The job that makes it with `make`.
+    fn job<'a>(&'a self, make: impl FnOnce() -> T + WasmNotSend + 'a) -> Job<'a> {
+        Box::new(move || {
+            let _ = self.0.set(make());
+        })
+    }
+
+    fn take(self) -> T {
+        self.0.into_inner().expect("every job was run")
     }
 }
 
@@ -188,6 +218,24 @@ impl Renderer {
     ///
     /// [`RendererError`]: formats and samples that cannot be drawn, a device that cannot do it.
     pub fn new(device: &wgpu::Device, options: &Options) -> Result<Self, RendererError> {
+        Self::new_with(device, options, &|jobs| jobs.into_iter().for_each(|job| job()))
+    }
+
+    /// [`Renderer::new`] on threads of the host: `run` runs the jobs, in any order and at the same time if it can, and
+    /// returns once all have run. On two cores that takes half of the time; the renderer is the same.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Renderer::new`].
+    ///
+    /// # Panics
+    ///
+    /// If `run` does not run every job.
+    pub fn new_with(
+        device: &wgpu::Device,
+        options: &Options,
+        run: &dyn Fn(Vec<Job<'_>>),
+    ) -> Result<Self, RendererError> {
         crate::base::requirements::check_device(device)?;
         let samples = |samples| match samples {
             1 | 4 => Ok(()),
@@ -238,32 +286,65 @@ impl Renderer {
         };
         let layouts = Layouts::new(device);
         let shaders = Shaders::new(device, Settings { samples: target.samples });
+        let (falls, cull, gather, quads) = (Built::new(), Built::new(), Built::new(), Built::new());
+        let (wood, leaves, loose, draw_quads) =
+            (Built::new(), Built::new(), Built::new(), Built::new());
+        let (shadows, depth_only, sky_light) = (Built::new(), Built::new(), Built::new());
+        let (ground, grass, sky, picture) =
+            (Built::new(), Built::new(), Built::new(), Built::new());
+        let (shaders, made) = (&shaders, &layouts);
+        // Those that take longest come first.
+        run(vec![
+            leaves.job(|| Leaves::new(shaders, made, target)),
+            shadows
+                .job(|| layers.shadows.then(|| DepthPasses::new(shaders, made, cascades::TARGET))),
+            depth_only.job(|| {
+                options.depth_only.map(|only| {
+                    let depth = Some(Depth::nearest(only.format, only.reversed));
+                    let samples = only.samples;
+                    DepthPasses::new(
+                        shaders,
+                        made,
+                        Target { color: None, blend: false, depth, samples },
+                    )
+                })
+            }),
+            falls.job(|| Falls::new(shaders, made)),
+            wood.job(|| Wood::new(shaders, made, target)),
+            quads.job(|| Quads::new(shaders, made)),
+            loose.job(|| LooseLeaves::new(shaders, made, target)),
+            cull.job(|| Cull::new(shaders, made)),
+            ground.job(|| layers.ground.then(|| Ground::new(shaders, made, target))),
+            sky.job(|| layers.sky.then(|| SkyDome::new(shaders, made, target))),
+            grass.job(|| layers.grass.then(|| Grass::new(shaders, made, target))),
+            gather.job(|| Gather::new(shaders, made)),
+            draw_quads.job(|| DrawQuads::new(shaders, made, target)),
+            sky_light.job(|| SkyLightPass::new(shaders, made)),
+            picture.job(|| {
+                layers.picture.then(|| PicturePasses {
+                    hiz: HiZ::new(shaders, made),
+                    tone_map: ToneMap::new(shaders, made, options.color_format),
+                })
+            }),
+        ]);
         Ok(Self {
-            falls: Falls::new(&shaders, &layouts),
-            cull: Cull::new(&shaders, &layouts),
-            gather: Gather::new(&shaders, &layouts),
-            quads: Quads::new(&shaders, &layouts),
+            falls: falls.take(),
+            cull: cull.take(),
+            gather: gather.take(),
+            quads: quads.take(),
             color: ColorPasses {
-                wood: Wood::new(&shaders, &layouts, target),
-                leaves: Leaves::new(&shaders, &layouts, target),
-                loose: LooseLeaves::new(&shaders, &layouts, target),
-                quads: DrawQuads::new(&shaders, &layouts, target),
+                wood: wood.take(),
+                leaves: leaves.take(),
+                loose: loose.take(),
+                quads: draw_quads.take(),
             },
-            shadows: layers.shadows.then(|| DepthPasses::new(&shaders, &layouts, cascades::TARGET)),
-            depth_only: options.depth_only.map(|only| {
-                let depth = Depth::nearest(only.format, only.reversed);
-                let target =
-                    Target { color: None, blend: false, depth: Some(depth), samples: only.samples };
-                DepthPasses::new(&shaders, &layouts, target)
-            }),
-            ground: layers.ground.then(|| Ground::new(&shaders, &layouts, target)),
-            grass: layers.grass.then(|| Grass::new(&shaders, &layouts, target)),
-            sky: layers.sky.then(|| SkyDome::new(&shaders, &layouts, target)),
-            sky_light: SkyLightPass::new(&shaders, &layouts),
-            picture: layers.picture.then(|| PicturePasses {
-                hiz: HiZ::new(&shaders, &layouts),
-                tone_map: ToneMap::new(&shaders, &layouts, options.color_format),
-            }),
+            shadows: shadows.take(),
+            depth_only: depth_only.take(),
+            ground: ground.take(),
+            grass: grass.take(),
+            sky: sky.take(),
+            sky_light: sky_light.take(),
+            picture: picture.take(),
             placeholders: Placeholders::new(device),
             options: *options,
             layouts,

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
-use windfall_gpu::{Requirements, Timing};
+use windfall_gpu::{Job, Requirements, Timing};
 
 /// Backends that the program is built with, by their names in `WGPU_BACKEND`.
 const BACKENDS: [(&str, wgpu::Backends); 3] = [
@@ -54,8 +54,12 @@ impl Gpu {
     pub fn open() -> anyhow::Result<Self> {
         let requested = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty());
         let backends = requested_backends(std::env::var("WGPU_BACKEND").ok().as_deref())?;
+        // Builds for debugging would write the lines of shaders into SPIR-V, which takes a fifth of the time of all
+        // pipelines; WGPU_DEBUG=1 asks for it.
+        let flags = wgpu::InstanceFlags::from_build_config() - wgpu::InstanceFlags::DEBUG;
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends,
+            flags: flags.with_env(),
             ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
         });
         let mut found = Vec::new();
@@ -189,6 +193,24 @@ impl Gpu {
     }
 }
 
+/// Runs the jobs of [`windfall_gpu::Renderer::new_with`] on as many threads as the machine has cores.
+pub fn run_jobs(jobs: Vec<Job<'_>>) {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
+    let jobs = Mutex::new(jobs.into_iter());
+    let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = || {
+        while let Some(job) = next() {
+            job();
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(work);
+        }
+        work();
+    });
+}
+
 /// The backends that `WGPU_BACKEND` asks for, by default all.
 fn requested_backends(names: Option<&str>) -> Result<wgpu::Backends, NoAdapter> {
     let all = wgpu::Backends::from_iter(BACKENDS.map(|b| b.1));
@@ -227,6 +249,7 @@ fn by_label(results: &[GpuTimerQueryResult]) -> BTreeMap<String, f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
     fn backends_are_asked_for_by_name() {
@@ -238,6 +261,20 @@ mod tests {
             let error = requested_backends(Some(name)).unwrap_err().to_string();
             assert!(error.starts_with(&format!("WGPU_BACKEND={name}: ")), "{error}");
             assert!(error.ends_with("there are: vulkan, metal, dx12"), "{error}");
+        }
+    }
+
+    #[test]
+    fn every_job_is_run_once() {
+        for count in [0, 1, 2, 50] {
+            let runs: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
+            let job = |run| -> Job<'_> {
+                Box::new(move || {
+                    AtomicUsize::fetch_add(run, 1, Ordering::Relaxed);
+                })
+            };
+            run_jobs(runs.iter().map(job).collect());
+            assert!(runs.iter().all(|run| run.load(Ordering::Relaxed) == 1), "{count}");
         }
     }
 

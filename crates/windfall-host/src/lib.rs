@@ -5,8 +5,10 @@
 //! `anyhow`'s: messages for the person at the command line.
 #![deny(missing_docs)]
 
+pub mod cache;
 pub mod device;
 pub mod file;
 pub mod image;
+pub mod memory;
 pub mod sky;
 pub mod tree;

@@ -9,7 +9,7 @@
 //!
 //! | from | by | comes |
 //! |---|---|---|
-//! | a scene | [`Scene::build`] | a [`Stage`]: trees, their places and how their leaves fall |
+//! | a scene | [`Scene::build`], or [`Scene::models`] and [`Scene::place`] | a [`Stage`]: trees, their places and how their leaves fall |
 //! | a stage and a device | [`Stage::upload`] | a [`PlantedStage`]: the forest |
 //! | a scene and a moment | [`Scene::view`] | a [`windfall_gpu::View`] |
 //! | forest, moment and view | [`PlantedStage::render`] | a picture, by the scene's strategy |
@@ -30,7 +30,7 @@ pub use choices::{
 pub use falling::{FallEntry, PathEntry, VariationEntry};
 pub use named::{NAMES, named};
 pub use planted::{PlantedStage, StageCounts, StageError, StageReadback};
-pub use stage::Stage;
+pub use stage::{Model, Stage};
 
 use serde::{Deserialize, Serialize};
 use windfall_core::shed::Shedding;

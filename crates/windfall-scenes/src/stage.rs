@@ -14,7 +14,7 @@ use windfall_core::wind::Wind;
 use windfall_core::{InputError, InputErrorKind};
 use windfall_gpu::{Camera, DebugView, Falls, Light, Sky, Trail, View};
 use windfall_papers::LeafOcclusion;
-use windfall_tree::{GrowOptions, Species, set_prune_order};
+use windfall_tree::{GrowOptions, ImportOptions, Species, set_prune_order};
 
 /// A scene with its models grown or read and its trees placed.
 #[derive(Debug, Clone)]
@@ -72,9 +72,33 @@ impl Stage {
     }
 }
 
+/// A model of a scene, and what it is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Model<'a> {
+    /// A tree that is grown.
+    Species {
+        /// The species.
+        species: Species,
+        /// Its seed.
+        seed: u32,
+        /// How it is grown.
+        options: GrowOptions,
+    },
+    /// A tree that is read.
+    File {
+        /// The file, as the scene names it.
+        file: &'a str,
+        /// How it is read.
+        options: ImportOptions,
+    },
+}
+
 impl Scene {
-    /// Grows and places the scene's trees. `read` is asked for the models of files, with the name
+    /// Grows and places the scene's trees, one after the other. `read` is asked for the models of files, with the name
     /// as the scene gives it. Whether the events are of these trees, [`Stage::check`] says.
+    ///
+    /// A program that loads trees at the same time, or from a cache, makes them of [`Scene::models`], and then
+    /// [`Scene::place`] places them.
     ///
     /// # Errors
     ///
@@ -88,37 +112,80 @@ impl Scene {
         mut read: impl FnMut(&str, &TreeEntry) -> Result<Tree, E>,
     ) -> Result<Stage, E> {
         let mut trees = Vec::new();
-        let mut weights = Vec::new();
+        for (entry, model) in self.models_of_entries() {
+            trees.push(match model {
+                Model::Species { species, seed, options } => species.grow_as(seed, &options),
+                Model::File { file, options } => {
+                    let mut tree = read(file, &self.trees[entry])?;
+                    if let Some(height) = options.height {
+                        tree.set_height(height);
+                    }
+                    if let Some((order, seed)) = options.prune_order {
+                        set_prune_order(&mut tree.foliage, order, seed);
+                    }
+                    tree
+                }
+            });
+        }
+        Ok(self.place(trees))
+    }
+
+    /// The scene's models: what [`Scene::place`] takes, in this order.
+    ///
+    /// # Panics
+    ///
+    /// If the scene would not pass [`Scene::check`].
+    pub fn models(&self) -> Vec<Model<'_>> {
+        self.models_of_entries().into_iter().map(|(_, model)| model).collect()
+    }
+
+    /// Each model, and the number of its entry.
+    fn models_of_entries(&self) -> Vec<(usize, Model<'_>)> {
         // Models come in random order.
-        let prune_order = (self.prune_order != PruneOrder::Random)
-            .then(|| (self.prune_order, hash(self.seed, 5)));
+        let order = (self.prune_order != PruneOrder::Random).then_some(self.prune_order);
+        let mut models = Vec::new();
         for (i, entry) in self.trees.iter().enumerate() {
-            let variants = match &entry.source {
+            match &entry.source {
                 Source::Species(name) => {
                     let species = species(name);
                     let key = hash(self.seed, 0x7ee5 + i as u32);
-                    let options =
-                        GrowOptions { height: entry.height, prune_order, ..GrowOptions::default() };
-                    (0..entry.variants).map(|v| species.grow_as(hash(key, v), &options)).collect()
+                    let options = GrowOptions {
+                        height: entry.height,
+                        prune_order: order.map(|order| (order, hash(self.seed, 5))),
+                        ..GrowOptions::default()
+                    };
+                    models.extend((0..entry.variants).map(|variant| {
+                        (i, Model::Species { species, seed: hash(key, variant), options })
+                    }));
                 }
-                Source::File(name) => {
-                    let mut tree = read(name, entry)?;
-                    if let Some(height) = entry.height {
-                        tree.set_height(height);
-                    }
-                    if let Some((order, seed)) = prune_order {
-                        set_prune_order(&mut tree.foliage, order, seed);
-                    }
-                    vec![tree]
+                Source::File(file) => {
+                    // The seed of baked trees, which need not be put in order again.
+                    let options = ImportOptions {
+                        prune_order: order.map(|order| (order, ImportOptions::PRUNE_SEED)),
+                        ..entry.import_options()
+                    };
+                    models.push((i, Model::File { file, options }));
                 }
-            };
-            for mut tree in variants {
-                if let Some(name) = &entry.palette {
-                    tree.foliage.palette = Some(species(name).params().palette);
-                }
-                weights.push(entry.weight / entry.variants as f32);
-                trees.push(tree);
             }
+        }
+        models
+    }
+
+    /// Places the scene's trees, which were made of [`Scene::models`].
+    ///
+    /// # Panics
+    ///
+    /// If the scene would not pass [`Scene::check`], or `trees` are not as many as the models.
+    pub fn place(&self, mut trees: Vec<Tree>) -> Stage {
+        let models = self.models_of_entries();
+        assert_eq!(trees.len(), models.len(), "a tree for each model of the scene");
+        let mut weights = Vec::new();
+        for (tree, (entry, _)) in trees.iter_mut().zip(&models) {
+            let entry = &self.trees[*entry];
+            if let Some(name) = &entry.palette {
+                tree.foliage.palette = Some(species(name).params().palette);
+            }
+            weights.push(entry.weight / entry.variants as f32);
         }
         let placement = Placement {
             trees: self.count,
@@ -139,7 +206,7 @@ impl Scene {
         } else {
             Terrain::slope(Vec2::from(ground.slope), extent)
         };
-        Ok(Stage {
+        Stage {
             trees,
             forest: placement.place(terrain, &weights),
             falls: self.falls(),
@@ -150,7 +217,7 @@ impl Scene {
             leaf_occlusion: self.leaf_occlusion.then(|| self.leaf_occlusion_rules.into()),
             landing_search: self.landing_search,
             events: self.events.clone(),
-        })
+        }
     }
 
     fn falls(&self) -> Falls {
@@ -306,11 +373,13 @@ fn default_spacing(trees: &[Tree]) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{CameraKey, Culling, EventEntry, QualityPreset, Scene, named};
+    use super::Model;
+    use crate::{CameraKey, Culling, EventEntry, QualityPreset, Scene, Source, TreeEntry, named};
     use std::convert::Infallible;
     use windfall_core::forest::Terrain;
     use windfall_core::simplify::PruneOrder;
     use windfall_tree::prepare::visible_areas;
+    use windfall_tree::{Species, set_prune_order};
 
     /// A scene with a camera that moves along x and looks along -z.
     fn moving(keys: &[(f64, f64)]) -> Scene {
@@ -400,6 +469,40 @@ mod tests {
                 .map(|tree| visible_areas(&tree.foliage).is_sorted_by(|a, b| a >= b));
             assert!(sorted && !spread);
         }
+    }
+
+    #[test]
+    fn trees_that_a_program_loads_itself_are_those_that_are_built() {
+        let mut scene = named("lone-oak").unwrap();
+        scene.trees[0].height = Some(5.0);
+        let mut birch = TreeEntry::new(Source::Species("birch".into()));
+        (birch.variants, birch.palette) = (1, Some("maple".into()));
+        scene.trees.push(birch);
+        scene.trees.push(TreeEntry::new(Source::File("a.glb".into())));
+        scene.prune_order = PruneOrder::Importance;
+        let of_file = Species::Aspen.grow_with(1, 50);
+        let Ok(built) = scene.build(|file, _| -> Result<_, Infallible> {
+            assert_eq!(file, "a.glb");
+            Ok(of_file.clone())
+        });
+        let made = scene.models().into_iter().map(|model| match model {
+            Model::Species { species, seed, options } => species.grow_as(seed, &options),
+            Model::File { file, options } => {
+                assert_eq!(file, "a.glb");
+                let mut tree = of_file.clone();
+                let (order, seed) = options.prune_order.unwrap();
+                set_prune_order(&mut tree.foliage, order, seed);
+                tree
+            }
+        });
+        let placed = scene.place(made.collect());
+        assert_eq!(built.trees.len(), scene.models().len());
+        assert_eq!(format!("{:?}", placed.trees), format!("{:?}", built.trees));
+        assert_eq!(placed.forest.instances, built.forest.instances);
+        assert_eq!(
+            placed.trees.iter().find(|tree| tree.name == "birch").unwrap().foliage.palette,
+            Some(Species::Maple.params().palette)
+        );
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use windfall_core::foliage::{Leaf, Palette};
 use windfall_core::material::{Image, Material, Surface};
@@ -9,10 +10,10 @@ use windfall_core::tree::Tree;
 
 /// Phase of the season at which a palette is exported: well into autumn, before the browns.
 const PHASE: f32 = 0.6;
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
-const FLOAT: u32 = 5126;
-const UNSIGNED_INT: u32 = 5125;
+pub(crate) const ARRAY_BUFFER: u32 = 34962;
+pub(crate) const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+pub(crate) const FLOAT: u32 = 5126;
+pub(crate) const UNSIGNED_INT: u32 = 5125;
 
 /// Why a tree could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -98,39 +99,8 @@ fn write(tree: &Tree, in_prune_order: bool) -> Result<Vec<u8>, ExportError> {
     });
     writer.mesh("wood", &mut nodes, wood, &tree.wood.materials, None)?;
 
-    let foliage = &tree.foliage;
-    let leaves = (0..foliage.materials.len() as u32).map(|material| {
-        let mut part = Part::default();
-        let of_material = || foliage.leaves.iter().filter(|leaf| leaf.material == material);
-        let shape = |leaf: &Leaf| &foliage.shapes[leaf.shape as usize];
-        let count = of_material().count();
-        let most = of_material().map(|leaf| shape(leaf).indices.len()).max().unwrap_or(0);
-        for (i, leaf) in of_material().enumerate() {
-            let shape = shape(leaf);
-            let base = part.positions.len() as u32;
-            part.indices.extend(shape.indices.iter().map(|i| base + i));
-            for ((&p, &n), &uv) in shape.positions.iter().zip(&shape.normals).zip(&shape.uvs) {
-                let position = leaf.center + leaf.orientation * p * leaf.scale;
-                part.push(position, leaf.orientation * n, uv);
-            }
-            let rank = i as f32 / count as f32;
-            part.leaves.resize(part.positions.len(), leaf.center.extend(rank));
-            if in_prune_order {
-                part.indices.resize((i + 1) * most, base);
-            }
-        }
-        if in_prune_order {
-            part.extras = Some(json!({
-                "leaves": count,
-                "indicesPerLeaf": most,
-                "visibleShare": foliage.visibility.share,
-                "disocclusion": foliage.visibility.disocclusion,
-            }));
-        }
-        part
-    });
-    writer.mesh("leaves", &mut nodes, leaves, &foliage.materials, foliage.palette.as_ref())?;
-    writer.finish(&tree.name, &nodes)
+    writer.leaves(tree, &mut nodes, in_prune_order)?;
+    writer.finish(&tree.name, &nodes, None)
 }
 
 /// The vertices of one primitive.
@@ -155,17 +125,60 @@ impl Part {
 
 /// The lists of a document that grows, and its binary chunk.
 #[derive(Default)]
-struct Writer {
+pub(crate) struct Writer {
     binary: Vec<u8>,
-    buffer_views: Vec<Value>,
-    accessors: Vec<Value>,
-    meshes: Vec<Value>,
+    pub buffer_views: Vec<Value>,
+    pub accessors: Vec<Value>,
+    pub meshes: Vec<Value>,
     materials: Vec<Value>,
     textures: Vec<Value>,
     images: Vec<Value>,
+    /// Images by the hash of their pixels: equal ones are written once.
+    known_images: BTreeMap<[u8; 32], usize>,
 }
 
 impl Writer {
+    /// Writes the leaves, each with its own vertices, as a mesh `leaves` with a primitive per material.
+    pub fn leaves(
+        &mut self,
+        tree: &Tree,
+        nodes: &mut Vec<Value>,
+        in_prune_order: bool,
+    ) -> Result<(), ExportError> {
+        let foliage = &tree.foliage;
+        let leaves = (0..foliage.materials.len() as u32).map(|material| {
+            let mut part = Part::default();
+            let of_material = || foliage.leaves.iter().filter(|leaf| leaf.material == material);
+            let shape = |leaf: &Leaf| &foliage.shapes[leaf.shape as usize];
+            let count = of_material().count();
+            let most = of_material().map(|leaf| shape(leaf).indices.len()).max().unwrap_or(0);
+            for (i, leaf) in of_material().enumerate() {
+                let shape = shape(leaf);
+                let base = part.positions.len() as u32;
+                part.indices.extend(shape.indices.iter().map(|i| base + i));
+                for ((&p, &n), &uv) in shape.positions.iter().zip(&shape.normals).zip(&shape.uvs) {
+                    let position = leaf.center + leaf.orientation * p * leaf.scale;
+                    part.push(position, leaf.orientation * n, uv);
+                }
+                let rank = i as f32 / count as f32;
+                part.leaves.resize(part.positions.len(), leaf.center.extend(rank));
+                if in_prune_order {
+                    part.indices.resize((i + 1) * most, base);
+                }
+            }
+            if in_prune_order {
+                part.extras = Some(json!({
+                    "leaves": count,
+                    "indicesPerLeaf": most,
+                    "visibleShare": foliage.visibility.share,
+                    "disocclusion": foliage.visibility.disocclusion,
+                }));
+            }
+            part
+        });
+        self.mesh("leaves", nodes, leaves, &foliage.materials, foliage.palette.as_ref())
+    }
+
     /// Writes a mesh with a primitive per material that is used, and a node for it.
     fn mesh(
         &mut self,
@@ -221,7 +234,7 @@ impl Writer {
         Ok(())
     }
 
-    fn material(
+    pub fn material(
         &mut self,
         name: &str,
         material: &Material,
@@ -236,14 +249,8 @@ impl Writer {
             Surface::Plain => {}
             Surface::Bark(bark) => color *= (bark.ridge + bark.groove) / 2.0,
             Surface::Texture(image, repeat) => {
-                let png = png(image).map_err(|cause| ExportError::Picture {
-                    material: material.name.clone(),
-                    cause,
-                })?;
-                let view = self.view(&png, None);
-                self.textures
-                    .push(json!({ "source": self.images.len(), "sampler": usize::from(!repeat) }));
-                self.images.push(json!({ "mimeType": "image/png", "bufferView": view }));
+                let source = self.image(image, &material.name)?;
+                self.textures.push(json!({ "source": source, "sampler": usize::from(!repeat) }));
                 pbr["baseColorTexture"] = json!({ "index": self.textures.len() - 1 });
             }
         }
@@ -258,6 +265,22 @@ impl Writer {
         }
         self.materials.push(entry);
         Ok(self.materials.len() - 1)
+    }
+
+    /// Writes an image as PNG, unless it is there already; its index. `material` is what errors name.
+    pub fn image(&mut self, image: &Image, material: &str) -> Result<usize, ExportError> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&image.width.to_le_bytes()).update(&image.height.to_le_bytes());
+        let hash = *hasher.update(&image.rgba).finalize().as_bytes();
+        if let Some(&known) = self.known_images.get(&hash) {
+            return Ok(known);
+        }
+        let failed = |cause| ExportError::Picture { material: material.to_owned(), cause };
+        let png = png(image).map_err(failed)?;
+        let view = self.view(&png, None);
+        self.images.push(json!({ "mimeType": "image/png", "bufferView": view }));
+        self.known_images.insert(hash, self.images.len() - 1);
+        Ok(self.images.len() - 1)
     }
 
     fn accessor<T: bytemuck::NoUninit>(
@@ -275,7 +298,7 @@ impl Writer {
         self.accessors.len() - 1
     }
 
-    fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
+    pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         let mut view = json!({
             "buffer": 0, "byteOffset": self.binary.len(), "byteLength": bytes.len(),
         });
@@ -288,7 +311,18 @@ impl Writer {
         self.buffer_views.len() - 1
     }
 
-    fn finish(self, name: &str, nodes: &[Value]) -> Result<Vec<u8>, ExportError> {
+    /// Takes room for so many bytes at once: growing would copy what is there, again and again.
+    pub fn reserve(&mut self, bytes: usize) {
+        self.binary.reserve(bytes);
+    }
+
+    /// The file, with an extension of its root if there is one: name and content.
+    pub fn finish(
+        self,
+        name: &str,
+        nodes: &[Value],
+        extension: Option<(&str, Value)>,
+    ) -> Result<Vec<u8>, ExportError> {
         let mut all = nodes.to_vec();
         let children: Vec<usize> = (0..nodes.len()).collect();
         let mut root = json!({ "name": name });
@@ -300,9 +334,15 @@ impl Writer {
         // The specification wants no empty lists.
         if !children.is_empty() {
             root["children"] = json!(children);
-            document["buffers"] = json!([{ "byteLength": self.binary.len() }]);
         }
         all.push(root);
+        if let Some((name, content)) = extension {
+            document["extensionsUsed"] = json!([name]);
+            document["extensions"] = json!({ name: content });
+        }
+        if !self.binary.is_empty() {
+            document["buffers"] = json!([{ "byteLength": self.binary.len() }]);
+        }
         if !self.textures.is_empty() {
             // 10497 repeats, 33071 clamps; textures refer to them by this order.
             document["samplers"] = json!([10497, 33071].map(|wrap| json!({

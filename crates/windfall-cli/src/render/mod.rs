@@ -5,8 +5,9 @@ mod pictures;
 use crate::falling::{FallArgs, read_paths};
 use crate::framing;
 use crate::linear::Linear;
+use crate::loading;
 use crate::output::{Film, Output};
-use crate::planting::{PlantArgs, ThrowArgs, read_tree};
+use crate::planting::{self, PlantArgs, ThrowArgs};
 use crate::reading::{Switch, parse_switch};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,13 +15,15 @@ use pictures::{FrameReport, Pictures};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+use std::time::Instant;
 use windfall_core::Note;
 use windfall_core::simplify::{PruneOrder, Reduction};
-use windfall_gpu::{DebugView, View};
-use windfall_host::device::Gpu;
+use windfall_gpu::{DebugView, Options, Renderer, View};
+use windfall_host::device::{Gpu, run_jobs};
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{
-    CameraKey, Culling, Elimination, LandingSearch, QualityPreset, Scene, Source, Strategy,
+    CameraKey, Culling, Elimination, LandingSearch, Model, QualityPreset, Scene, Strategy,
 };
 
 /// Arguments of `windfall render`.
@@ -133,11 +136,34 @@ struct Report {
     size: (u32, u32),
     /// What there is to say about the files that were read.
     notes: Vec<Note>,
+    startup_ms: Startup,
+    /// Most memory that the program had, where the system tells it.
+    peak_bytes: Option<u64>,
     frames: Vec<FrameReport>,
+}
+
+/// Milliseconds up to the first frame.
+#[derive(Serialize, Default)]
+struct Startup {
+    /// Opening the adapter.
+    device: f64,
+    /// Shader modules and pipelines, while the trees load.
+    pipelines: f64,
+    /// Loading the trees, on threads of their own.
+    trees: f64,
+    /// Planting the forest, uploading it, and pipelines of a published strategy.
+    upload: f64,
+    /// Drawing the first frame and reading it back.
+    frame: f64,
+    /// From the program's start to the pixels of the first frame.
+    total: f64,
 }
 
 /// Runs `windfall render`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    let start = Instant::now();
+    let since = |moment: Instant| moment.elapsed().as_secs_f64() * 1e3;
+    let mut startup = Startup::default();
     let output = Output::parse(&args.out)?;
     let (scene, folder, name) = read_scene(&args.scene)?;
     let mut scene = args.apply(scene, &name)?;
@@ -148,7 +174,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.alpha && !output.has_alpha() {
         bail!("--alpha: --out {} has no alpha; .png, .apng and .exr have", args.out);
     }
+    // Trees load while the pipelines compile.
+    let sources = loading::sources(&scene, &folder);
+    let cache = args.plant.cache.cache();
+    let loading = std::thread::spawn(move || {
+        let loaded = loading::load(&sources, cache.as_ref())?;
+        Ok((loaded, since(start)))
+    });
+    let opening = Instant::now();
     let mut gpu = Gpu::open()?;
+    startup.device = since(opening);
     let largest = gpu.device.limits().max_texture_dimension_2d;
     if scene.size.0.max(scene.size.1) > largest {
         bail!(
@@ -170,21 +205,34 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             gpu.adapter
         );
     }
+    let options = Options::picture(pictures::FORMAT);
+    let new_renderer = || Renderer::new_with(&gpu.device, &options, &run_jobs);
+    let compiling = Instant::now();
+    let (renderer, (loaded, trees_ms)) = if loading.is_finished() {
+        // What cannot be read is said at once.
+        let loaded = join(loading)?;
+        (new_renderer()?, loaded)
+    } else {
+        let renderer = new_renderer()?;
+        startup.pipelines = since(compiling);
+        (renderer, join(loading)?)
+    };
+    if startup.pipelines == 0.0 {
+        startup.pipelines = since(compiling);
+    }
+    startup.trees = trees_ms;
     let mut notes = Vec::new();
-    let mut read = scene
-        .trees
-        .iter()
-        .filter_map(|entry| match &entry.source {
-            Source::File(file) => Some(read_tree(&folder, file, entry, &mut notes)),
-            Source::Species(_) => None,
-        })
-        .collect::<anyhow::Result<Vec<_>>>()?;
+    let trees = planting::trees(&scene, loaded, &mut notes);
     let framed = !args.plant.tree.is_empty() && args.camera.is_empty();
     if framed {
-        framing::fit_to_trees(&mut scene, &read);
+        let models = scene.models();
+        let read =
+            models.iter().zip(&trees).filter(|(model, _)| matches!(model, Model::File { .. }));
+        let heights: Vec<f32> = read.map(|(_, tree)| tree.height()).collect();
+        framing::fit_to_trees(&mut scene, &heights);
     }
-    read.reverse();
-    let mut stage = scene.build(|_, _| read.pop().context("a tree for each file"))?;
+    let uploading = Instant::now();
+    let mut stage = scene.place(trees);
     if framed && stage.forest.instances.len() == 1 {
         framing::look_at_tree(&mut scene, &stage);
     }
@@ -198,8 +246,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .map(|f| windfall_host::sky::read(&folder.join(f)))
         .transpose()?;
     let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, args.alpha));
-    let mut pictures = Pictures::new(&gpu, &stage, scene.size, (sky.as_ref(), linear))?;
+    let mut pictures = Pictures::new(&gpu, renderer, &stage, scene.size, (sky.as_ref(), linear))?;
     gpu.check()?;
+    startup.upload = since(uploading);
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
     let progress = progress_bar(moments.len() as u64);
     let mut reports = Vec::new();
@@ -218,7 +267,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             transparent_sky: args.alpha,
             ..scene.view(time, &stage.forest.terrain)
         };
+        let drawing = Instant::now();
         let (rgba, linear, report) = pictures.draw(&mut gpu, view, (frame, time))?;
+        if reports.is_empty() {
+            (startup.frame, startup.total) = (since(drawing), since(start));
+        }
         let image = RgbaImage { width: scene.size.0, height: scene.size.1, rgba: &rgba };
         let file = match &output {
             Output::Png(path) | Output::Exr(path) => Some(path.clone()),
@@ -242,10 +295,22 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     progress.finish_and_clear();
     if args.json {
-        let report = Report { adapter: gpu.adapter, size: scene.size, notes, frames: reports };
+        let report = Report {
+            adapter: gpu.adapter,
+            size: scene.size,
+            notes,
+            startup_ms: startup,
+            peak_bytes: windfall_host::memory::peak(),
+            frames: reports,
+        };
         writeln!(std::io::stdout(), "{}", serde_json::to_string_pretty(&report)?)?;
     }
     Ok(())
+}
+
+/// Waits for the trees.
+fn join<T>(loading: JoinHandle<anyhow::Result<T>>) -> anyhow::Result<T> {
+    loading.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// A built-in scene by name, or a file: with its folder and its name in errors.

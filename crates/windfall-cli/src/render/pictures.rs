@@ -6,13 +6,13 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
 use windfall_gpu::{
-    Capture, Layer, Light, Options, PictureTargets, Recording, Renderer, SkyMap, SkyPicture, View,
-    ViewState,
+    Capture, Layer, Light, PictureTargets, Recording, Renderer, SkyMap, SkyPicture, View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_scenes::{PlantedStage, Stage};
 
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Format of pictures.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// What `--json` prints of a frame.
 #[derive(Serialize)]
@@ -49,15 +49,15 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Uploads a stage.
+    /// Uploads a stage. The renderer draws whole pictures of [`FORMAT`].
     pub fn new(
         gpu: &Gpu,
+        renderer: Renderer,
         stage: &Stage,
         (width, height): (u32, u32),
         (sky, linear): (Option<&SkyPicture>, Option<Linear>),
     ) -> anyhow::Result<Self> {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let renderer = Renderer::new(device, &Options::picture(FORMAT))?;
         let sky = sky.map(|sky| SkyMap::new(device, queue, sky));
         let planted = stage.upload(device, queue)?;
         let state = renderer.view(&planted.forest);

@@ -14,6 +14,12 @@ pub fn print(read: &Import, json: bool) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     let mut object = serde_json::to_value(&facts)?;
     object["bytes_gpu"] = bytes_gpu.into();
+    if let Some(about) = &read.baked {
+        object["baked"] = serde_json::json!({
+            "source": about.source.to_string(),
+            "prune_order": about.prune_order.map(|(order, _)| order),
+        });
+    }
     if json {
         object["notes"] = serde_json::to_value(&read.notes)?;
         object["primitives"] = serde_json::to_value(&read.parts)?;

@@ -5,7 +5,7 @@
 pub mod model;
 
 use model::Model;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -22,6 +22,8 @@ pub const SCENE: &str = r#"(
 /// A folder with `tiny.glb` and `small.ron`, where the program runs.
 pub struct Place {
     folder: TempDir,
+    /// Of the cache, which is never the user's.
+    cache: TempDir,
 }
 
 /// What a run of the program gave.
@@ -34,7 +36,8 @@ pub struct Run {
 
 impl Place {
     pub fn new() -> Self {
-        let place = Self { folder: tempfile::tempdir().unwrap() };
+        let [folder, cache] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let place = Self { folder, cache };
         place.write("tiny.glb", Model::tree().glb());
         place.write("small.ron", SCENE);
         place
@@ -50,6 +53,11 @@ impl Place {
 
     pub fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// The folder of the program's cache.
+    pub fn cache(&self) -> &Path {
+        self.cache.path()
     }
 
     /// Names of all files, hidden ones too, sorted.
@@ -72,6 +80,7 @@ impl Place {
             .args(arguments.split_whitespace())
             .current_dir(self.folder.path())
             .env("XDG_RUNTIME_DIR", self.folder.path())
+            .env("WINDFALL_CACHE_DIR", self.cache.path())
             .env_remove("RUST_LOG")
             .env_remove("NO_COLOR")
             .env_remove("CLICOLOR_FORCE")

@@ -10,6 +10,7 @@ use super::slots::Slots;
 use super::sort::{Found, Use};
 use super::{FAR, ImportOptions, Reader};
 use crate::leaves::{Mesh, Pieces, Shaper};
+use crate::prepare::{Stage, Watch};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -53,11 +54,13 @@ pub(super) struct Built {
 }
 
 impl<'a> Reader<'a> {
+    /// `None` if `watch` stops it.
     pub fn build(
         &mut self,
         found: &mut [Found<'a>],
         options: &ImportOptions,
-    ) -> Result<Built, InputError> {
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<Built>, InputError> {
         let mut slots = Slots::default();
         let mut read = Vec::with_capacity(found.len());
         let mut colored = Vec::new();
@@ -87,6 +90,10 @@ impl<'a> Reader<'a> {
         let joined = nodes_are_leaves(self, found, &read)?;
         for (number, geometry) in &read {
             let part = &found[*number];
+            let stage = if part.is(Use::Leaves) { Stage::Leaves } else { Stage::Parse };
+            if watch(stage).is_break() {
+                return Ok(None);
+            }
             let (mut wooden, mut leafy) = (Mesh::default(), Pieces::default());
             for i in 0..part.transforms.len() {
                 let transform = transform(part, geometry, i);
@@ -105,6 +112,9 @@ impl<'a> Reader<'a> {
                 wood.push((*number, wooden));
             }
         }
+        if watch(Stage::Leaves).is_break() {
+            return Ok(None);
+        }
         let verdicts = judge(self, found, &leaves, &wood, &slots, options);
         for ((number, pieces), verdicts) in leaves.iter().zip(&verdicts) {
             let mut count = |verdict, what: &str| {
@@ -119,7 +129,7 @@ impl<'a> Reader<'a> {
         }
         let mut tree = assemble(found, slots, &wood, (&leaves, &verdicts), options);
         tree.name = self.file.to_string();
-        Ok(Built { tree, parts, origin })
+        Ok(Some(Built { tree, parts, origin }))
     }
 
     /// The geometry of a primitive, read once for all nodes that have it.

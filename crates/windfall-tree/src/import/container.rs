@@ -48,7 +48,7 @@ pub(super) fn way_out(extension: &str) -> &'static str {
 }
 
 /// Splits a file into its document and, for a GLB, its binary chunk.
-pub(super) fn open<'a>(
+pub(crate) fn open<'a>(
     bytes: &'a [u8],
     file: &str,
 ) -> Result<(Document, Option<&'a [u8]>), InputError> {
@@ -73,6 +73,42 @@ pub(super) fn open<'a>(
         .map_err(|e| error("JSON", Malformed, format!("not a glTF document: {e}")))?;
     check(&document).map_err(|(place, kind, cause)| error(place, kind, cause))?;
     Ok((document, binary))
+}
+
+/// The bytes of a GLB, as many as it announces.
+pub(crate) fn glb(bytes: &[u8]) -> Option<&[u8]> {
+    let length = u32::from_le_bytes(bytes.get(8..12)?.try_into().ok()?);
+    bytes.starts_with(GLB_MAGIC).then(|| bytes.get(..length as usize)).flatten()
+}
+
+/// What a file is, before its tree is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Survey {
+    /// Whether it is a baked tree ([`mod@crate::bake`]), of any version.
+    pub baked: bool,
+    /// What it names outside itself, percent signs decoded: what [`crate::import()`] may ask for.
+    pub outside: Vec<String>,
+}
+
+/// Looks what a file is, and what it refers to. `file` is what errors call the file.
+///
+/// # Errors
+///
+/// An [`InputError`]: no glTF.
+pub fn survey(bytes: &[u8], file: &str) -> Result<Survey, InputError> {
+    let (document, _) = open(bytes, file)?;
+    let baked = document.is_baked();
+    let buffers = document.buffers.into_iter().map(|buffer| buffer.uri);
+    let images = document.images.into_iter().map(|image| image.uri);
+    let mut outside: Vec<String> = buffers
+        .chain(images)
+        .flatten()
+        .filter(|uri| !uri.starts_with("data:"))
+        .filter_map(|uri| percent_decoded(&uri))
+        .collect();
+    outside.sort();
+    outside.dedup();
+    Ok(Survey { baked, outside })
 }
 
 type Fault = (&'static str, InputErrorKind, String);

@@ -4,12 +4,13 @@
 //! readers in the neighbouring files look up every index and hold every count against its buffer.
 //! (The typed readers of the `gltf` crate assume valid input and know no quantized attributes.)
 
+use crate::bake::EXTENSION;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Document {
+pub(crate) struct Document {
     pub asset: Asset,
     pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
@@ -26,25 +27,42 @@ pub(super) struct Document {
     pub samplers: Vec<Sampler>,
     pub skins: Vec<Skin>,
     pub animations: Vec<serde::de::IgnoredAny>,
+    pub extensions: Extensions,
+}
+
+impl Document {
+    /// Whether this is a baked tree, or what is left of one.
+    pub fn is_baked(&self) -> bool {
+        self.extensions.baked.is_some() || self.extensions_used.iter().any(|name| name == EXTENSION)
+    }
+}
+
+/// Extensions of the file as a whole.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Extensions {
+    /// As it stands: `crate::bake` looks at its version before the rest.
+    #[serde(rename = "WINDFALL_baked_tree")]
+    pub baked: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Asset {
+pub(crate) struct Asset {
     pub version: String,
     pub min_version: Option<String>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Scene {
+pub(crate) struct Scene {
     pub name: Option<String>,
     pub nodes: Vec<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Node {
+pub(crate) struct Node {
     pub name: Option<String>,
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
@@ -61,7 +79,7 @@ pub(super) struct Node {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct NodeExtensions {
+pub(crate) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Instancing>,
     #[serde(rename = "MSFT_lod")]
@@ -70,34 +88,34 @@ pub(super) struct NodeExtensions {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Instancing {
+pub(crate) struct Instancing {
     pub attributes: BTreeMap<String, usize>,
 }
 
 /// The nodes of the lower levels of detail.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Levels {
+pub(crate) struct Levels {
     pub ids: Vec<usize>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Skin {
+pub(crate) struct Skin {
     pub joints: Vec<usize>,
     pub inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
     pub weights: Option<Vec<f32>>,
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct Primitive {
+pub(crate) struct Primitive {
     #[serde(default)]
     pub attributes: BTreeMap<String, usize>,
     pub indices: Option<usize>,
@@ -117,7 +135,7 @@ const fn triangles() -> u32 {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Accessor {
+pub(crate) struct Accessor {
     pub buffer_view: Option<usize>,
     #[serde(default)]
     pub byte_offset: u64,
@@ -131,7 +149,7 @@ pub(super) struct Accessor {
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct Sparse {
+pub(crate) struct Sparse {
     pub count: u64,
     pub indices: SparseIndices,
     pub values: SparseValues,
@@ -139,7 +157,7 @@ pub(super) struct Sparse {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct SparseIndices {
+pub(crate) struct SparseIndices {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: u64,
@@ -148,7 +166,7 @@ pub(super) struct SparseIndices {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct SparseValues {
+pub(crate) struct SparseValues {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: u64,
@@ -156,7 +174,7 @@ pub(super) struct SparseValues {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct BufferView {
+pub(crate) struct BufferView {
     pub buffer: usize,
     #[serde(default)]
     pub byte_offset: u64,
@@ -168,7 +186,7 @@ pub(super) struct BufferView {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct BufferViewExtensions {
+pub(crate) struct BufferViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]
     vendors: Option<Compressed>,
     #[serde(rename = "KHR_meshopt_compression")]
@@ -185,7 +203,7 @@ impl BufferViewExtensions {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 #[cfg_attr(target_arch = "wasm32", expect(dead_code, reason = "refused by name in browsers"))]
-pub(super) struct Compressed {
+pub(crate) struct Compressed {
     pub buffer: usize,
     #[serde(default)]
     pub byte_offset: u64,
@@ -198,14 +216,14 @@ pub(super) struct Compressed {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Buffer {
+pub(crate) struct Buffer {
     pub byte_length: u64,
     pub uri: Option<String>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Material {
+pub(crate) struct Material {
     pub name: Option<String>,
     pub pbr_metallic_roughness: Pbr,
     pub alpha_mode: Option<String>,
@@ -218,14 +236,14 @@ pub(super) struct Material {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct MaterialExtensions {
+pub(crate) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub specular_glossiness: Option<SpecularGlossiness>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct SpecularGlossiness {
+pub(crate) struct SpecularGlossiness {
     pub diffuse_factor: Option<[f32; 4]>,
     pub diffuse_texture: Option<TextureInfo>,
     pub glossiness_factor: Option<f32>,
@@ -235,7 +253,7 @@ pub(super) struct SpecularGlossiness {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Pbr {
+pub(crate) struct Pbr {
     pub base_color_factor: Option<[f32; 4]>,
     pub base_color_texture: Option<TextureInfo>,
     pub roughness_factor: Option<f32>,
@@ -244,7 +262,7 @@ pub(super) struct Pbr {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct TextureInfo {
+pub(crate) struct TextureInfo {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
@@ -254,14 +272,14 @@ pub(super) struct TextureInfo {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct TextureInfoExtensions {
+pub(crate) struct TextureInfoExtensions {
     #[serde(rename = "KHR_texture_transform")]
     pub transform: Option<TextureTransform>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct TextureTransform {
+pub(crate) struct TextureTransform {
     pub offset: [f32; 2],
     pub rotation: f32,
     pub scale: Option<[f32; 2]>,
@@ -270,7 +288,7 @@ pub(super) struct TextureTransform {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Texture {
+pub(crate) struct Texture {
     pub sampler: Option<usize>,
     pub source: Option<usize>,
     pub extensions: BTreeMap<String, serde_json::Value>,
@@ -278,7 +296,7 @@ pub(super) struct Texture {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Image {
+pub(crate) struct Image {
     pub name: Option<String>,
     pub uri: Option<String>,
     pub buffer_view: Option<usize>,
@@ -286,7 +304,7 @@ pub(super) struct Image {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Sampler {
+pub(crate) struct Sampler {
     pub wrap_s: Option<u32>,
     pub wrap_t: Option<u32>,
 }

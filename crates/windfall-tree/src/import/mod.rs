@@ -9,14 +9,14 @@
 mod accessor;
 mod build;
 mod check;
-mod container;
+pub(crate) mod container;
 mod crowns;
-mod document;
+pub(crate) mod document;
 mod material;
 #[cfg(not(target_arch = "wasm32"))]
 mod meshopt;
 mod name;
-mod picture;
+pub(crate) mod picture;
 mod pieces;
 mod primitive;
 mod scene;
@@ -24,7 +24,8 @@ mod skin;
 mod slots;
 mod sort;
 
-use crate::prepare;
+use crate::bake::{self, About, BakedTree};
+use crate::prepare::{self, Stage, Watch};
 use build::Built;
 use document::Document;
 use glam::Vec3;
@@ -33,13 +34,14 @@ use primitive::Geometry;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
-use windfall_core::InputErrorKind::{Empty, OutOfRange};
+use windfall_core::InputErrorKind::{Empty, OutOfRange, Unsupported};
 use windfall_core::material::Image;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 use windfall_core::{InputError, InputErrorKind, Note, NoteCode};
 
 pub use build::Part;
+pub use container::{Survey, survey};
 pub use sort::Use;
 
 /// Triangles that a file may draw, over all its nodes: one mesh can be named by many.
@@ -109,6 +111,28 @@ impl Default for ImportOptions {
     }
 }
 
+impl ImportOptions {
+    /// The seed of prune orders for programs that have no reason for another: a tree that is baked with it need not be
+    /// put in order again.
+    pub const PRUNE_SEED: u32 = 5;
+
+    /// The first option that says how a source is read, and not what becomes of its tree.
+    fn of_source(&self) -> Option<&'static str> {
+        let none = Self::default();
+        [
+            ("node", self.node != none.node),
+            ("leaves", self.leaves != none.leaves),
+            ("wood", self.wood != none.wood),
+            ("up", self.up != none.up),
+            ("unit", self.unit != none.unit),
+            ("ground", self.ground != none.ground),
+            ("vertex_colors", self.vertex_colors != none.vertex_colors),
+        ]
+        .into_iter()
+        .find_map(|(name, given)| given.then_some(name))
+    }
+}
+
 /// A tree that was read, and what there is to say about it.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -117,14 +141,16 @@ pub struct Import {
     pub tree: Tree,
     /// What was left out, repaired, or looks wrong, by [`NoteCode`].
     pub notes: Vec<Note>,
-    /// The primitives, and what each was taken for.
+    /// The primitives, and what each was taken for; none of a baked tree.
     pub parts: Vec<Part>,
+    /// What a baked tree was made of; `None` of any other.
+    pub baked: Option<About>,
 }
 
 impl From<Tree> for Import {
     /// A tree that comes from no file: there is nothing to say about it.
     fn from(tree: Tree) -> Self {
-        Self { tree, notes: Vec::new(), parts: Vec::new() }
+        Self { tree, notes: Vec::new(), parts: Vec::new(), baked: None }
     }
 }
 
@@ -152,6 +178,11 @@ pub type Resolve<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 /// **Place**: a tree whose foot stands at the origin (within 2 % of its height) stays as authored;
 /// any other is moved so that the middle of its lowest wood does.
 ///
+/// **A baked tree** ([`mod@crate::bake`]) is recognised and read as it is, in a hundredth of the time, with the notes of when
+/// it was baked. Another `height` scales what was baked: apart from rounding, that is the tree as it would be baked at that
+/// height. Another `prune_order` than it has is applied, and without one it keeps its own; its shed order stays. Options
+/// that say how a source is read are refused.
+///
 /// # Errors
 ///
 /// An [`InputError`] for anything malformed, missing, out of range, not finite, not supported, or
@@ -162,6 +193,27 @@ pub fn import(
     options: &ImportOptions,
     resolve: &mut Resolve<'_>,
 ) -> Result<Import, InputError> {
+    match import_watched(bytes, file, options, resolve, &mut prepare::unwatched)? {
+        Some(import) => Ok(import),
+        None => unreachable!("nothing stops it"),
+    }
+}
+
+/// [`import`] that tells `watch` what it begins to do; `None` if that stops it.
+///
+/// # Errors
+///
+/// Those of [`import`].
+pub fn import_watched(
+    bytes: &[u8],
+    file: &str,
+    options: &ImportOptions,
+    resolve: &mut Resolve<'_>,
+    watch: &mut Watch<'_>,
+) -> Result<Option<Import>, InputError> {
+    if watch(Stage::Parse).is_break() {
+        return Ok(None);
+    }
     for (name, value) in [("height", options.height), ("unit", options.unit)] {
         if let Some(value) = value
             && !(value.is_finite() && value > 0.0)
@@ -171,6 +223,10 @@ pub fn import(
         }
     }
     let (document, binary) = container::open(bytes, file)?;
+    if document.is_baked() {
+        let baked = bake::read(bytes, file, &document, binary)?;
+        return adapt(baked, file, options, watch);
+    }
     let mut parents = BTreeMap::new();
     for (index, node) in document.nodes.iter().enumerate() {
         for &child in &node.children {
@@ -192,28 +248,68 @@ pub fn import(
     };
     let mut found = reader.find(options)?;
     sort::sort(&mut found, options, &mut reader)?;
-    let Built { mut tree, mut parts, origin } = reader.build(&mut found, options)?;
+    let Some(built) = reader.build(&mut found, options, watch)? else { return Ok(None) };
+    let Built { mut tree, mut parts, origin } = built;
     if tree.foliage.leaves.is_empty() {
         let why = "the leaves' triangles have no area";
         return Err(sort::no_leaves(&found, file, Empty, why));
     }
     reader.note_unread(&found);
     let (mut shift, mut factor) = (Vec3::ZERO, 1.0);
-    prepare::finish(&mut tree, options.prune_order, |tree| {
+    let place = |tree: &mut Tree| {
         shift = stand(tree, origin, options.ground);
         if let Some(height) = options.height {
             let before = tree.height();
             tree.set_height(height);
             factor = if before > 0.0 { height / before } else { 1.0 };
         }
-    });
+    };
+    if prepare::finish(&mut tree, options.prune_order, place, watch).is_break() {
+        return Ok(None);
+    }
     for part in &mut parts {
         part.bounds = part.bounds.map(|corner| (corner + shift) * factor);
     }
     reader.note_implausible(&tree, &parts);
+    if !prepare::SIMPLIFIES {
+        let message = "this build has no meshoptimizer: the wood is drawn in full at any distance, and leaves \
+                       with their outlines; `windfall bake` writes a tree that has both simplified";
+        reader.note(NoteCode::WoodInFull, "", message);
+    }
     let mut notes = reader.notes;
     notes.sort_by_key(|note| note.code);
-    Ok(Import { tree, notes, parts })
+    Ok(Some(Import { tree, notes, parts, baked: None }))
+}
+
+/// A baked tree as `options` want it.
+fn adapt(
+    baked: BakedTree,
+    file: &str,
+    options: &ImportOptions,
+    watch: &mut Watch<'_>,
+) -> Result<Option<Import>, InputError> {
+    let BakedTree { mut tree, mut about } = baked;
+    if let Some(name) = options.of_source() {
+        let cause =
+            "the file is a baked tree, in which this is settled: give the option when it is baked";
+        return Err(InputError::new(file, name, Unsupported, cause));
+    }
+    if let Some(height) = options.height
+        && (tree.height() - height).abs() > 1e-5 * height
+    {
+        tree.set_height(height);
+    }
+    if let Some((order, seed)) = options.prune_order
+        && about.prune_order != Some((order, seed))
+    {
+        if watch(Stage::Order).is_break() {
+            return Ok(None);
+        }
+        prepare::set_prune_order(&mut tree.foliage, order, seed);
+        about.prune_order = options.prune_order;
+    }
+    file.clone_into(&mut tree.name);
+    Ok(Some(Import { tree, notes: about.notes.clone(), parts: Vec::new(), baked: Some(about) }))
 }
 
 /// A document that is being read, and what has been loaded of it.

@@ -7,7 +7,7 @@ use windfall_core::material::{Image, Surface};
 const LARGEST_SIDE: u32 = 8192;
 
 /// Decodes a PNG, JPEG or WebP.
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, ::image::ImageError> {
+pub(crate) fn decode(bytes: &[u8]) -> Result<Image, ::image::ImageError> {
     let mut reader = ::image::ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let mut limits = ::image::Limits::default();
     limits.max_image_width = Some(LARGEST_SIDE);

@@ -170,24 +170,27 @@ impl Reader<'_> {
             }
             positions.push(moved);
         }
-        let mut indices = geometry.indices.clone();
         let mirrored = of_vertex(0).determinant() < 0.0;
+        let mut indices = without_degenerate(&geometry.indices, &positions);
         if mirrored {
             for triangle in indices.chunks_exact_mut(3) {
                 triangle.swap(1, 2);
             }
         }
-        let indices = without_degenerate(&indices, &positions);
 
         let mut normals = vec![Vec3::ZERO; positions.len()];
         let sign = if mirrored { -1.0 } else { 1.0 };
-        for (i, (normal, n)) in normals.iter_mut().zip(&geometry.normals).enumerate() {
-            // The cofactor matrix: the inverse transpose times the determinant, and defined also
-            // where that is zero. The determinant's sign is taken out again.
-            let m = of_vertex(i);
+        // The cofactor matrix: the inverse transpose times the determinant, and defined also
+        // where that is zero. The determinant's sign is taken out again.
+        let cofactors = |m: DMat4| {
             let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(glam::DVec4::truncate);
+            [y.cross(z), z.cross(x), x.cross(y)]
+        };
+        let of_all = cofactors(transform);
+        for (i, (normal, n)) in normals.iter_mut().zip(&geometry.normals).enumerate() {
+            let [x, y, z] = geometry.bent.get(i).map_or(of_all, |_| cofactors(of_vertex(i)));
             let n = n.as_dvec3();
-            let n = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
+            let n = x * n.x + y * n.y + z * n.z;
             // Forgiving: a normal that is none is made from the triangles below.
             *normal = (n * sign).try_normalize().unwrap_or(DVec3::ZERO).as_vec3();
         }
@@ -275,12 +278,16 @@ impl Reader<'_> {
 
 /// The triangles that have an area that floats can tell from none.
 fn without_degenerate(indices: &[u32], positions: &[Vec3]) -> Vec<u32> {
-    let has_area = |t: &&[u32]| {
+    let has_area = |t: &[u32]| {
         let [a, b, c] = [t[0], t[1], t[2]].map(|i| positions[i as usize].as_dvec3());
         let (u, v) = (b - a, c - a);
         u.cross(v).length() > 1e-9 * u.length_squared().max(v.length_squared())
     };
-    indices.chunks_exact(3).filter(has_area).flatten().copied().collect()
+    let mut left = Vec::with_capacity(indices.len());
+    for triangle in indices.chunks_exact(3).filter(|t| has_area(t)) {
+        left.extend_from_slice(triangle);
+    }
+    left
 }
 
 /// `mesh 1 "leaves", primitive 0`.

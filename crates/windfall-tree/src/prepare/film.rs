@@ -3,6 +3,7 @@
 //! Orthographic, one sample in the middle of each pixel, with alpha masks and without wood. Pixels are only counted:
 //! a leaf covers a few in each of many directions.
 
+use crate::parallel;
 use glam::{Mat3, Vec2, Vec3};
 use windfall_core::foliage::{Foliage, Leaf, LeafShape};
 use windfall_core::material::Mask;
@@ -32,12 +33,18 @@ impl Count {
     }
 }
 
-/// A square render of a crown: depth and the nearest leaf of each pixel.
+/// Square renders of a crown: their size, and where the crown is in them.
 pub(super) struct Film {
     size: usize,
     center: Vec3,
     /// Pixels per metre.
     scale: f32,
+}
+
+/// A render: depth and the nearest leaf of each pixel.
+struct Render {
+    /// Pixels a side.
+    size: usize,
     depth: Vec<f32>,
     nearest: Vec<u32>,
     /// The leaf last drawn over a pixel, so that a leaf with a back side is counted once.
@@ -74,14 +81,7 @@ impl Film {
             return None;
         }
         let size = pixels.clamp(SIZES.0, SIZES.1) as usize;
-        Some(Self {
-            size,
-            center,
-            scale: (size - 2) as f32 / (2.0 * radius),
-            depth: vec![0.0; size * size],
-            nearest: vec![NONE; size * size],
-            last: vec![NONE; size * size],
-        })
+        Some(Self { size, center, scale: (size - 2) as f32 / (2.0 * radius) })
     }
 
     pub fn pixel_area(&self) -> f32 {
@@ -90,34 +90,43 @@ impl Film {
 
     /// Pixels of each of the first `leaves`, grown by `growth`, looked at from all of `directions`.
     pub fn count(
-        &mut self,
+        &self,
         foliage: &Foliage,
         leaves: usize,
         growth: f32,
         directions: &[Vec3],
     ) -> Vec<Count> {
-        let mut count = vec![Count::default(); leaves];
-        for &direction in directions {
-            self.draw(foliage, growth, direction, &mut count);
-            for &leaf in self.nearest.iter().filter(|&&leaf| leaf != NONE) {
+        let counts = parallel::map(directions, |&direction| {
+            let mut count = vec![Count::default(); leaves];
+            let render = self.draw(foliage, growth, direction, &mut count);
+            for &leaf in render.nearest.iter().filter(|&&leaf| leaf != NONE) {
                 count[leaf as usize].seen += 1;
             }
+            count
+        });
+        let mut sum = vec![Count::default(); leaves];
+        for count in counts {
+            for (sum, count) in sum.iter_mut().zip(count) {
+                sum.drawn += count.drawn;
+                sum.seen += count.seen;
+            }
         }
-        count
+        sum
     }
 
     /// What of the whole crown is seen from `side`: points of the tree, one in each pixel.
-    pub fn seen_points(&mut self, foliage: &Foliage, side: Vec3) -> Vec<Vec3> {
-        self.draw(foliage, 1.0, side, &mut vec![Count::default(); foliage.leaves.len()]);
+    pub fn seen_points(&self, foliage: &Foliage, side: Vec3) -> Vec<Vec3> {
+        let render =
+            self.draw(foliage, 1.0, side, &mut vec![Count::default(); foliage.leaves.len()]);
         let world_from_view = view_along(side).transpose();
         let middle = self.middle();
-        (0..self.nearest.len())
-            .filter(|&i| self.nearest[i] != NONE)
+        (0..render.nearest.len())
+            .filter(|&i| render.nearest[i] != NONE)
             .map(|i| {
                 let pixel = Vec3::new(
                     (i % self.size) as f32 + 0.5,
                     (i / self.size) as f32 + 0.5,
-                    self.depth[i],
+                    render.depth[i],
                 );
                 world_from_view * (pixel - middle) / self.scale + self.center
             })
@@ -125,24 +134,22 @@ impl Film {
     }
 
     /// What the first `count` leaves, grown by `growth`, keep in the shade of a sun in the direction `sun`.
-    pub fn shadow(&mut self, foliage: &Foliage, count: usize, growth: f32, sun: Vec3) -> Shadow {
-        self.draw(foliage, growth, sun, &mut vec![Count::default(); count]);
+    pub fn shadow(&self, foliage: &Foliage, count: usize, growth: f32, sun: Vec3) -> Shadow {
+        let render = self.draw(foliage, growth, sun, &mut vec![Count::default(); count]);
         Shadow {
             view: view_along(sun),
             size: self.size,
             center: self.center,
             middle: self.middle(),
             scale: self.scale,
-            depth: self.depth.clone(),
+            depth: render.depth,
         }
     }
 
     /// Draws as many leaves as `count` has places, grown by `growth`, looked at from `direction`, and adds to
     /// what is drawn of each.
-    fn draw(&mut self, foliage: &Foliage, growth: f32, direction: Vec3, count: &mut [Count]) {
-        self.depth.fill(f32::NEG_INFINITY);
-        self.nearest.fill(NONE);
-        self.last.fill(NONE);
+    fn draw(&self, foliage: &Foliage, growth: f32, direction: Vec3, count: &mut [Count]) -> Render {
+        let mut render = Render::new(self.size);
         let masks: Vec<Option<Mask<'_>>> = foliage.materials.iter().map(Mask::of).collect();
         let view = view_along(direction);
         let mut corners = Vec::new();
@@ -157,14 +164,27 @@ impl Film {
             for t in shape.indices.chunks_exact(3) {
                 let t = [t[0], t[1], t[2]].map(|corner| corner as usize);
                 let uvs = mask.map(|mask| (mask, t.map(|i| shape.uvs[i])));
-                count.drawn += self.triangle(t.map(|i| corners[i]), uvs, i as u32);
+                count.drawn += render.triangle(t.map(|i| corners[i]), uvs, i as u32);
             }
         }
+        render
     }
 
     /// Where the middle of the crown is on the film, in pixels, with its depth in pixels towards the eye.
     fn middle(&self) -> Vec3 {
         Vec3::new(self.size as f32, self.size as f32, 0.0) / 2.0
+    }
+}
+
+impl Render {
+    fn new(size: usize) -> Self {
+        let pixels = size * size;
+        Self {
+            size,
+            depth: vec![f32::NEG_INFINITY; pixels],
+            nearest: vec![NONE; pixels],
+            last: vec![NONE; pixels],
+        }
     }
 
     /// Draws a triangle of a leaf; the pixels that the leaf had not covered before.

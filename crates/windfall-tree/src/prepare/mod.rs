@@ -34,45 +34,104 @@ pub use simple_shapes::simple_shapes;
 pub use visibility::{openness, sides, visibility, visible_areas};
 pub use wood::prepare_wood;
 
+use std::ops::ControlFlow;
 use windfall_core::foliage::Foliage;
 use windfall_core::simplify::PruneOrder;
 use windfall_core::tree::Tree;
 
+/// Whether meshes can be simplified: not in browsers, where meshoptimizer (C++) is not built, and no crate in Rust keeps
+/// seams and normals as it does.
+pub const SIMPLIFIES: bool = cfg!(not(target_arch = "wasm32"));
+
+/// What is being done to a tree: the stages, in their order. Some come again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// The file is read, or the stems are grown.
+    Parse,
+    /// Leaves are found, or placed.
+    Leaves,
+    /// The crown is looked at: visibility, ambient occlusion, mean shading.
+    Visibility,
+    /// Leaf shapes in two triangles.
+    Shapes,
+    /// The leaves are put into their prune order.
+    Order,
+    /// Branches, and levels of the wood.
+    Wood,
+}
+
+impl Stage {
+    /// All of them, in their order.
+    pub const ALL: [Self; 6] =
+        [Self::Parse, Self::Leaves, Self::Visibility, Self::Shapes, Self::Order, Self::Wood];
+
+    /// Its name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Parse => "parse",
+            Self::Leaves => "leaves",
+            Self::Visibility => "visibility",
+            Self::Shapes => "shapes",
+            Self::Order => "order",
+            Self::Wood => "wood",
+        }
+    }
+}
+
+/// Is told when a stage begins, and says whether to go on: for progress bars, measurements, and to stop what nobody
+/// waits for any more.
+pub type Watch<'a> = dyn FnMut(Stage) -> ControlFlow<()> + 'a;
+
+/// A [`Watch`] that looks away.
+pub(crate) fn unwatched(_: Stage) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// Prepares a tree in the prune order that its leaves have.
 pub fn prepare(tree: &mut Tree) {
-    finish(tree, None, |_| {});
+    let _ = finish(tree, None, |_| {}, &mut unwatched);
 }
 
 /// Prepares a tree and puts its leaves into a prune order: [`prepare`] and [`set_prune_order`], with the visibility
 /// measured once.
 pub fn prepare_in_order(tree: &mut Tree, order: PruneOrder, seed: u32) {
-    finish(tree, Some((order, seed)), |_| {});
+    let _ = finish(tree, Some((order, seed)), |_| {}, &mut unwatched);
 }
 
 /// Prepares a tree in a prune order with its seed, or in the order that its leaves have; `place` moves and scales it.
 ///
 /// What does not depend on the prune order is measured before the leaves are reordered or moved. Rounding, and the
-/// winner among leaves at the same depth, depend on both; a tree's shading must not.
+/// winner among leaves at the same depth, depend on both; a tree's shading must not. A tree that `watch` stops is half
+/// prepared.
 pub(crate) fn finish(
     tree: &mut Tree,
     order: Option<(PruneOrder, u32)>,
     place: impl FnOnce(&mut Tree),
-) {
+    watch: &mut Watch<'_>,
+) -> ControlFlow<()> {
+    watch(Stage::Visibility)?;
     let foliage = &mut tree.foliage;
     let open = openness(foliage);
     for (leaf, open) in foliage.leaves.iter_mut().zip(open) {
         leaf.ambient = open;
     }
     foliage.shading = shading(foliage);
+    watch(Stage::Shapes)?;
     foliage.simple_shapes = simple_shapes(foliage);
     if order.is_none() {
+        watch(Stage::Visibility)?;
         measure_visibility(foliage);
     }
     place(tree);
     if let Some((order, seed)) = order {
-        set_prune_order(&mut tree.foliage, order, seed);
+        watch(Stage::Order)?;
+        order::reorder(&mut tree.foliage, order, seed);
+        watch(Stage::Visibility)?;
+        measure_visibility(&mut tree.foliage);
     }
+    watch(Stage::Wood)?;
     prepare_wood(&mut tree.wood);
+    ControlFlow::Continue(())
 }
 
 fn measure_visibility(foliage: &mut Foliage) {

@@ -3,6 +3,7 @@
 use super::film::{Film, Shadow};
 use super::simple_shapes;
 use super::visibility::few_sides;
+use crate::parallel;
 use glam::Vec3;
 use std::borrow::Cow;
 use windfall_core::foliage::{Foliage, LeafShape};
@@ -13,15 +14,15 @@ const SUNS: [Vec3; 2] = [Vec3::new(0.748, 0.423, 0.512), Vec3::new(-0.642, 0.766
 
 /// [`Visibility::sunlight`], given the rest of the crown's visibility.
 pub(super) fn factors(foliage: &Foliage, seen: &Visibility) -> [f32; 3] {
-    let Some(mut film) = Film::finest(foliage, 4.0) else { return Visibility::BY_CHANCE };
+    let Some(film) = Film::finest(foliage, 4.0) else { return Visibility::BY_CHANCE };
     let shapes = far_shapes(foliage);
-    let whole = of_points(foliage, &mut film);
+    let whole = of_points(foliage, &film);
     let mut last = 1.0;
     Visibility::MEASURED.map(|lambda| {
         let count = (lambda * foliage.leaves.len() as f32).round() as usize;
         if count >= super::visibility::FEW {
             let growth = seen.area_scale(lambda).sqrt();
-            let survivors = of_leaves(foliage, &shapes, &mut film, count, growth);
+            let survivors = of_leaves(foliage, &shapes, &film, count, growth);
             if survivors > 0.0 && whole > 0.0 {
                 last = (whole / survivors).clamp(0.5, 1.0);
             }
@@ -31,15 +32,14 @@ pub(super) fn factors(foliage: &Foliage, seen: &Visibility) -> [f32; 3] {
 }
 
 /// Share of what is seen of the crown that lies in the sun, each point by itself.
-fn of_points(foliage: &Foliage, film: &mut Film) -> f32 {
+fn of_points(foliage: &Foliage, film: &Film) -> f32 {
     let shadows = shadows(foliage, film, foliage.leaves.len(), 1.0);
-    let (mut lit, mut all) = (0, 0);
-    for side in few_sides() {
-        for point in film.seen_points(foliage, side) {
-            lit += lit_by(&shadows, point);
-            all += shadows.len();
-        }
-    }
+    let sides = parallel::map(&few_sides(), |&side| {
+        let points = film.seen_points(foliage, side);
+        let lit: usize = points.iter().map(|&point| lit_by(&shadows, point)).sum();
+        (lit, points.len() * shadows.len())
+    });
+    let (lit, all) = sides.iter().fold((0, 0), |(lit, all), side| (lit + side.0, all + side.1));
     lit as f32 / all.max(1) as f32
 }
 
@@ -48,7 +48,7 @@ fn of_points(foliage: &Foliage, film: &mut Film) -> f32 {
 fn of_leaves(
     foliage: &Foliage,
     shapes: &[LeafShape],
-    film: &mut Film,
+    film: &Film,
     count: usize,
     growth: f32,
 ) -> f32 {
@@ -79,8 +79,8 @@ fn far_shapes(foliage: &Foliage) -> Vec<LeafShape> {
     pairs.map(|(simple, shape)| simple.as_ref().unwrap_or(shape).clone()).collect()
 }
 
-fn shadows(foliage: &Foliage, film: &mut Film, count: usize, growth: f32) -> [Shadow; 2] {
-    SUNS.map(|sun| film.shadow(foliage, count, growth, sun))
+fn shadows(foliage: &Foliage, film: &Film, count: usize, growth: f32) -> Vec<Shadow> {
+    parallel::map(&SUNS, |&sun| film.shadow(foliage, count, growth, sun))
 }
 
 /// How many of the suns reach a point.
@@ -100,8 +100,8 @@ mod tests {
     fn a_leaf_by_itself_lies_in_the_sun_and_one_under_a_roof_does_not() {
         let mut foliage = Species::Birch.grow_with(1, 400).foliage;
         let lit = |foliage: &Foliage| {
-            let mut film = Film::finest(foliage, 1.0).unwrap();
-            let shadows = shadows(foliage, &mut film, foliage.leaves.len(), 1.0);
+            let film = Film::finest(foliage, 1.0).unwrap();
+            let shadows = shadows(foliage, &film, foliage.leaves.len(), 1.0);
             lit_by(&shadows, foliage.leaves[0].center)
         };
         let alone = Leaf { center: Vec3::ZERO, ..foliage.leaves[0] };

@@ -17,7 +17,7 @@ pub(super) const FEW: usize = 16;
 /// sunlight is measured too.
 pub fn visibility(foliage: &Foliage) -> Visibility {
     let all = foliage.leaves.len();
-    let Some(mut film) = Film::around(foliage, 4.0) else { return Visibility::default() };
+    let Some(film) = Film::around(foliage, 4.0) else { return Visibility::default() };
     let sides = few_sides();
     let (drawn, seen) = Count::sum(&film.count(foliage, all, 1.0, &sides));
     if seen == 0 {
@@ -25,7 +25,7 @@ pub fn visibility(foliage: &Foliage) -> Visibility {
     }
     let share = (drawn as f64 / all as f64 / seen as f64).min(1.0) as f32;
     // How much more than the whole crown a part of it covers: a logarithm, as all that follows.
-    let mut excess = |count, growth| {
+    let excess = |count, growth| {
         let (_, part) = Count::sum(&film.count(foliage, count, growth, &sides));
         (part.max(1) as f32 / seen as f32).ln()
     };
@@ -58,7 +58,7 @@ pub fn visibility(foliage: &Foliage) -> Visibility {
 /// [`sides`].
 pub fn visible_areas(foliage: &Foliage) -> Vec<f32> {
     let sides = sides();
-    let Some(mut film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
+    let Some(film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
     let area = film.pixel_area() / sides.len() as f32;
     film.count(foliage, foliage.leaves.len(), 1.0, &sides)
         .iter()
@@ -69,7 +69,7 @@ pub fn visible_areas(foliage: &Foliage) -> Vec<f32> {
 /// The part of each leaf's area that others do not hide, square metres, in prune order. Its own area and not
 /// what is seen of it: from a few sides, leaves that face one of them would count for more.
 pub(super) fn open_areas(foliage: &Foliage) -> Vec<f32> {
-    let Some(mut film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
+    let Some(film) = Film::around(foliage, 1.0) else { return vec![0.0; foliage.leaves.len()] };
     let count = film.count(foliage, foliage.leaves.len(), 1.0, &few_sides());
     let areas: Vec<f32> = foliage.shapes.iter().map(LeafShape::area).collect();
     let area = |leaf: &Leaf| leaf.scale * leaf.scale * areas[leaf.shape as usize];
@@ -90,7 +90,7 @@ fn seen_parts(count: &[Count]) -> impl Iterator<Item = f32> {
 /// M. Balsa, "Rendering Falling Leaves on Graphics Hardware", 2008, section 7.1); it becomes [`Leaf::ambient`]. About
 /// 0.1 s for 10,000 leaves of ten triangles.
 pub fn openness(foliage: &Foliage) -> Vec<f32> {
-    let Some(mut film) = Film::around(foliage, 1.0) else {
+    let Some(film) = Film::around(foliage, 1.0) else {
         return vec![1.0; foliage.leaves.len()];
     };
     seen_parts(&film.count(foliage, foliage.leaves.len(), 1.0, &sky(SKY))).collect()
@@ -171,9 +171,8 @@ mod tests {
             for (shape, simple) in simple.shapes.iter_mut().zip(simple_shapes(&whole)) {
                 *shape = simple.unwrap();
             }
-            let mut film = Film::around(&whole, 1.5).unwrap();
-            let mut covered =
-                |of: &Foliage| Count::sum(&film.count(of, 4000, 1.0, &sides())).1 as f32;
+            let film = Film::around(&whole, 1.5).unwrap();
+            let covered = |of: &Foliage| Count::sum(&film.count(of, 4000, 1.0, &sides())).1 as f32;
             let off = covered(&simple) / covered(&whole) - 1.0;
             // Shapes of the same area cover 1 to 2.4% more.
             assert!(off.abs() < 0.009, "{species}: {off}");

@@ -97,6 +97,8 @@ use quadrics::coarser;
 
 #[cfg(not(target_arch = "wasm32"))]
 mod quadrics {
+    use crate::parallel;
+    use glam::Vec3;
     use meshopt::{SimplifyOptions, VertexDataAdapter};
     use windfall_core::simplify::{Branch, WOOD_FADE, WoodLevel};
     use windfall_core::tree::Wood;
@@ -116,52 +118,77 @@ mod quadrics {
         if wood.vertices.iter().any(|v| !v.position.is_finite()) {
             return levels;
         }
-        let normals: Vec<f32> = wood.vertices.iter().flat_map(|v| v.normal.to_array()).collect();
-        let free = vec![false; wood.vertices.len()];
         let extent = wood.vertices.iter().map(|v| v.position.length()).fold(0.0, f32::max);
+        // The last has a pixel half as large as the tree.
+        let errors: Vec<f32> = std::iter::successors(Some(FIRST), |error| Some(error * STEP))
+            .take_while(|&error| error < 0.25 * extent)
+            .collect();
         let mut count = wood.indices.len();
-        let mut error = FIRST;
-        // A pixel is then half of the tree.
-        while count > 3 * FEW && error < 0.25 * extent {
-            // As wide as a branch is before it fades: one that is nearly nothing would collapse.
-            let moved = |branch: &Branch| branch.radius.max(error) - branch.radius;
-            let pairs = wood.vertices.iter().zip(branches);
-            let positions: Vec<[f32; 3]> =
-                pairs.map(|(v, b)| (v.position + v.normal * moved(b)).to_array()).collect();
-            // Always from the mesh itself: errors that add up would be overestimated.
-            let left: Vec<u32> = wood
-                .indices
-                .chunks_exact(3)
-                .filter(|t| branches[t[0] as usize].vanishes * (1.0 + WOOD_FADE) > error)
-                .flatten()
-                .copied()
-                .collect();
-            let bytes: &[u8] = bytemuck::cast_slice(&positions);
-            let Ok(vertices) = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0) else {
-                return levels;
-            };
-            let indices = meshopt::simplify_with_attributes_and_locks(
-                &left,
-                &vertices,
-                &normals,
-                &[NORMAL_WEIGHT; 3],
-                size_of::<[f32; 3]>(),
-                &free,
-                0,
-                error,
-                SimplifyOptions::ErrorAbsolute,
-                None,
-            );
-            if indices.is_empty() {
-                break;
+        for errors in errors.chunks(parallel::AT_ONCE) {
+            let tried = parallel::map(errors, |&error| simplified(wood, branches, error));
+            for (indices, &error) in tried.into_iter().zip(errors) {
+                let Some(indices) = indices.filter(|_| count > 3 * FEW) else { return levels };
+                if indices.len() as f32 <= count as f32 * LEAST_STEP {
+                    count = indices.len();
+                    levels.push(WoodLevel { indices, error });
+                }
             }
-            if indices.len() as f32 <= count as f32 * LEAST_STEP {
-                count = indices.len();
-                levels.push(WoodLevel { indices, error });
-            }
-            error *= STEP;
         }
         levels
+    }
+
+    /// The triangles that are left with an error; `None` if none are.
+    ///
+    /// Always from the mesh itself: errors that add up would be overestimated.
+    fn simplified(wood: &Wood, branches: &[Branch], error: f32) -> Option<Vec<u32>> {
+        let vertices = wood.vertices.iter().zip(branches);
+        // As wide as a branch is before it fades: one that is nearly nothing would collapse.
+        let moved: Vec<Vec3> = vertices
+            .map(|(v, b)| v.position + v.normal * (b.radius.max(error) - b.radius))
+            .collect();
+        // Vertices of branches that have vanished are left out, except those that bound the tree: normals weigh
+        // against its extent.
+        let mut new_index = vec![u32::MAX; moved.len()];
+        let is_left = |branch: &Branch| branch.vanishes * (1.0 + WOOD_FADE) > error;
+        let left = || wood.indices.chunks_exact(3).filter(|t| is_left(&branches[t[0] as usize]));
+        for &corner in left().flatten() {
+            new_index[corner as usize] = 0;
+        }
+        for axis in 0..3 {
+            let along = |a: &&Vec3, b: &&Vec3| a[axis].total_cmp(&b[axis]);
+            let ends = [moved.iter().min_by(along), moved.iter().max_by(along)];
+            for end in ends.into_iter().flatten() {
+                if let Some(at) = moved.iter().position(|p| p[axis] == end[axis]) {
+                    new_index[at] = 0;
+                }
+            }
+        }
+        let (mut positions, mut normals, mut old_index) = (Vec::new(), Vec::new(), Vec::new());
+        for (old, new) in new_index.iter_mut().enumerate().filter(|(_, new)| **new == 0) {
+            *new = old_index.len() as u32;
+            old_index.push(old as u32);
+            positions.push(moved[old].to_array());
+            normals.extend(wood.vertices[old].normal.to_array());
+        }
+        let left: Vec<u32> = left().flatten().map(|&corner| new_index[corner as usize]).collect();
+        let bytes: &[u8] = bytemuck::cast_slice(&positions);
+        let vertices = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0).ok()?;
+        let mut indices = meshopt::simplify_with_attributes_and_locks(
+            &left,
+            &vertices,
+            &normals,
+            &[NORMAL_WEIGHT; 3],
+            size_of::<[f32; 3]>(),
+            &vec![false; positions.len()],
+            0,
+            error,
+            SimplifyOptions::ErrorAbsolute,
+            None,
+        );
+        for index in &mut indices {
+            *index = old_index[*index as usize];
+        }
+        (!indices.is_empty()).then_some(indices)
     }
 }
 

@@ -17,10 +17,11 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
-use crate::prepare;
+use crate::prepare::{self, Stage, Watch};
 use glam::Vec3;
 use params::Params;
 use std::fmt;
+use std::ops::ControlFlow;
 use std::str::FromStr;
 use windfall_core::foliage::{Foliage, LeafShape};
 use windfall_core::material::{Material, Surface};
@@ -209,16 +210,45 @@ pub fn papers10() -> [Tree; 10] {
 
 /// Grows a tree as `options` say and prepares it for drawing. The same arguments give the same tree.
 pub fn grow_as(params: &Params, seed: u32, options: &GrowOptions) -> Tree {
-    let mut tree = unprepared(params, seed, options.leaves);
-    prepare::finish(&mut tree, options.prune_order, |tree| {
+    match grow_under(params, seed, options, &mut prepare::unwatched) {
+        ControlFlow::Continue(tree) => tree,
+        ControlFlow::Break(()) => unreachable!("nothing stops it"),
+    }
+}
+
+/// [`grow_as`] that tells `watch` what it begins to do; `None` if that stops it.
+pub fn grow_watched(
+    params: &Params,
+    seed: u32,
+    options: &GrowOptions,
+    watch: &mut Watch<'_>,
+) -> Option<Tree> {
+    grow_under(params, seed, options, watch).continue_value()
+}
+
+fn grow_under(
+    params: &Params,
+    seed: u32,
+    options: &GrowOptions,
+    watch: &mut Watch<'_>,
+) -> ControlFlow<(), Tree> {
+    watch(Stage::Parse)?;
+    let mut tree = unprepared(params, seed, options.leaves, watch)?;
+    let place = |tree: &mut Tree| {
         if let Some(height) = options.height {
             tree.set_height(height);
         }
-    });
-    tree
+    };
+    prepare::finish(&mut tree, options.prune_order, place, watch)?;
+    ControlFlow::Continue(tree)
 }
 
-fn unprepared(params: &Params, seed: u32, leaves: LeafCount) -> Tree {
+fn unprepared(
+    params: &Params,
+    seed: u32,
+    leaves: LeafCount,
+    watch: &mut Watch<'_>,
+) -> ControlFlow<(), Tree> {
     let rng = Rng::new(seed).stream(0x7ee5);
     let stems = stem::grow(params, &rng.stream(1));
     let mut wood = stem::mesh(&stems);
@@ -238,6 +268,7 @@ fn unprepared(params: &Params, seed: u32, leaves: LeafCount) -> Tree {
             surface: Surface::Plain,
         },
     ];
+    watch(Stage::Leaves)?;
     let blades = leaf::blades(&params.leaves, &rng.stream(2));
     let count = match leaves {
         LeafCount::Usual => params.leaves.count,
@@ -258,5 +289,5 @@ fn unprepared(params: &Params, seed: u32, leaves: LeafCount) -> Tree {
     };
     let palette = Some(params.palette.clone());
     let foliage = Foliage::assemble(leaves, shapes, vec![material], palette, seed);
-    Tree { name: params.name.to_owned(), wood, foliage }
+    ControlFlow::Continue(Tree { name: params.name.to_owned(), wood, foliage })
 }

@@ -22,7 +22,8 @@ fn stems_of(species: Species, seed: u32) -> Vec<Stem> {
 }
 
 fn grown(species: Species, seed: u32) -> Tree {
-    unprepared(&species.params(), seed, LeafCount::Usual)
+    let tree = unprepared(&species.params(), seed, LeafCount::Usual, &mut prepare::unwatched);
+    tree.continue_value().unwrap()
 }
 
 fn triangles(indices: &[u32], at: impl Fn(u32) -> Vec3) -> impl Iterator<Item = [Vec3; 3]> {

@@ -133,6 +133,13 @@ impl Model {
         self.leaves()["material"] = json!(1);
     }
 
+    /// The document and the binary chunk of a GLB.
+    pub fn from_glb(bytes: &[u8]) -> Self {
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        let json = serde_json::from_slice(&bytes[20..20 + word(12)]).unwrap();
+        Self { json, binary: bytes[20 + word(12) + 8..].to_vec() }
+    }
+
     pub fn glb(&self) -> Vec<u8> {
         let mut json = self.json.to_string().into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');
