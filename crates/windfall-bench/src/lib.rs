@@ -21,6 +21,8 @@ mod scenery;
 mod simplification;
 mod statistics;
 
+pub use plot::register_font as register_plot_font;
+
 /// Arguments of `windfall bench`.
 #[derive(clap::Args)]
 pub struct Args {

@@ -1,10 +1,10 @@
 //! VB: the walk about seven trees (2008: table 1, figures 6 and 7; 2007: figure 6), and table 1 of 2007.
 
-use super::Plot;
+use super::NamedPlot;
 use super::report::{Row, Table};
 use crate::falling::workload::{grove, grove_of, walkthrough};
 use crate::harness::{FrameMeasurement, Harness, PlantedView, upload_models};
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::statistics::Quartiles;
 use std::sync::Arc;
 use windfall_gpu::Falls;
@@ -115,7 +115,7 @@ pub fn walk(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Vec<Table>> {
     let (size, samples) = if quick { ((320, 180), 12) } else { ((640, 360), 100) };
     let stride = FRAMES / samples;
@@ -165,7 +165,7 @@ pub fn walk(
         });
         std::iter::once(none.clone()).chain(of).collect::<Vec<Row>>()
     };
-    let file = |name: &str| format!("papers/{name}-{number}.svg");
+    let file = |name: &str| format!("papers/{name}-{number}");
     let seconds = |i: usize| (i + 1) as f64 * f64::from(stride);
     let line = |name: &str, values: Vec<f64>| Line {
         name: name.to_owned(),
@@ -176,24 +176,25 @@ pub fn walk(
     };
     let mut lines: Vec<Line> = walks.iter().map(|w| line(w.name, rates(&w.frames))).collect();
     lines.extend(walks.first().map(|w| line("no leaves in movement", rates(&w.still))));
-    plots.push((
-        file("walk"),
-        plot::lines("Frames per second over the walk", "frame", "frames/s", &lines, false)?,
-    ));
+    let plot = |title: &str, y, lines| Plot {
+        title: title.to_owned(),
+        axes: ["frame", y],
+        log: false,
+        lines,
+    };
+    plots.push((file("walk"), plot("Frames per second over the walk", "frames/s", lines)));
     let figure7 = find("fragment, elimination, occlusion").map(|walk| {
         let count = |get: fn(&FrameMeasurement) -> u64| {
             walk.frames.iter().map(|m| get(m) as f64).collect::<Vec<f64>>()
         };
-        let lines = [
+        let lines = vec![
             line("thrown", count(|m| m.counts.falling + m.counts.landed)),
             line("in the list", count(|m| m.counts.falling)),
             line("drawn of these", count(|m| m.counts.falling_drawn)),
         ];
-        plot::lines("Leaves thrown and drawn", "frame", "leaves", &lines, false)
+        plot("Leaves thrown and drawn", "leaves", lines)
     });
-    if let Some(svg) = figure7 {
-        plots.push((file("leaves"), svg?));
-    }
+    plots.extend(figure7.map(|plot| (file("leaves"), plot)));
     let half_seen = find("fragment, elimination, occlusion").map(|walk| {
         let sum = |get: fn(&FrameMeasurement) -> u64| walk.frames.iter().map(get).sum::<u64>();
         let drawn =

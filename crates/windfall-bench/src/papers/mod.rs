@@ -6,8 +6,10 @@ mod limits;
 mod pictures;
 mod report;
 mod simplified;
+mod submission;
 
 use crate::output::{create_folder, write_json, write_text};
+use crate::plot::Plot;
 use report::{AdapterReport, Report, Table};
 use std::path::{Path, PathBuf};
 use windfall_host::device::Gpu;
@@ -23,8 +25,8 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A plot and the name of its file, below the folder of the report.
-type Plot = (String, String);
+/// A plot and the name of its files without their endings, below the folder of the report.
+type NamedPlot = (String, Plot);
 
 /// Runs `windfall bench papers`: on every adapter that there is, or on the one of `WGPU_ADAPTER_NAME`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -37,8 +39,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Gpu::for_each(|mut gpu| {
         let number = report.adapters.len();
         let (tables, plots) = measure(&mut gpu, args.quick, number)?;
-        for (name, svg) in plots {
-            write_text(&args.out.join(name), &svg)?;
+        for (name, plot) in plots {
+            write_text(&args.out.join(format!("{name}.svg")), &plot.svg()?)?;
+            plot.save_png(&args.out.join(format!("{name}.png")))?;
         }
         let figures = pictures::draw(&mut gpu, &args.out, number)?;
         let (adapter, driver) = (gpu.adapter.clone(), gpu.driver.clone());
@@ -54,12 +57,17 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
 }
 
 /// All tables of an adapter.
-fn measure(gpu: &mut Gpu, quick: bool, number: usize) -> anyhow::Result<(Vec<Table>, Vec<Plot>)> {
+fn measure(
+    gpu: &mut Gpu,
+    quick: bool,
+    number: usize,
+) -> anyhow::Result<(Vec<Table>, Vec<NamedPlot>)> {
     println!("{}, {}", gpu.adapter, gpu.driver);
     let mut plots = Vec::new();
     let mut tables = vec![limits::measure(gpu, quick)?];
     tables.extend(falling::walk(gpu, quick, number, &mut plots)?);
     tables.push(falling::table_of_2007(gpu, quick)?);
     tables.extend(simplified::measure(gpu, quick, number, &mut plots)?);
+    tables.push(submission::table(gpu, quick)?);
     Ok((tables, plots))
 }

@@ -1,9 +1,9 @@
 //! SFS: figure 5 over h, and the comparisons of section 4.2.
 
-use super::Plot;
+use super::NamedPlot;
 use super::report::{Row, Table};
 use crate::harness::{Harness, PlantedView};
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::simplification::workload::{
     bisect, forest, lambda_total, paper_simplification, ring, vertex_count, view_across,
     view_from_ring_center, visible_trees,
@@ -24,7 +24,7 @@ pub fn measure(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Vec<Table>> {
     Ok(vec![over_h(gpu, quick, number, plots)?, culling(gpu, quick)?])
 }
@@ -53,7 +53,7 @@ fn over_h(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Table> {
     let size = if quick { (400, 300) } else { (800, 600) };
     let frames = if quick { 3 } else { 5 };
@@ -94,16 +94,17 @@ fn over_h(
             notes: format!("total lambda {lambda:.3}"),
         });
     }
-    let file = format!("papers/over-h-{number}.svg");
+    let file = format!("papers/over-h-{number}");
     let most = rates.iter().map(|r| r.1).fold(0.0, f64::max);
-    let lines = [
+    let lines = vec![
         Line { name: "total lambda".into(), points: lambdas },
         Line {
             name: "frame rate, of the highest".into(),
             points: rates.iter().map(|r| (r.0, r.1 / most)).collect(),
         },
     ];
-    plots.push((file.clone(), plot::lines("Figure 5: over h", "h", "", &lines, false)?));
+    let plot = Plot { title: "Figure 5: over h".into(), axes: ["h", ""], log: false, lines };
+    plots.push((file.clone(), plot));
     let view = view_across(&stage, fov, none);
     Ok(Table {
         id: "sfs-figure5".into(),

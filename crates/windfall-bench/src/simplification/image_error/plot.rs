@@ -1,7 +1,7 @@
 //! Plots of the errors over the level of detail.
 
 use super::{Errors, LAMBDAS, Row};
-use crate::plot::failed;
+use crate::plot::{failed, register_font};
 use plotters::prelude::*;
 
 /// The candidates in the plots, and their colors.
@@ -35,6 +35,7 @@ impl Errors {
 
     fn plot(&self, tree: &str) -> anyhow::Result<String> {
         let rows: Vec<&Row> = self.rows.iter().filter(|r| r.tree == tree && !r.forced).collect();
+        register_font()?;
         let mut svg = String::new();
         {
             let root = SVGBackend::with_string(&mut svg, (1000, 760)).into_drawing_area();
