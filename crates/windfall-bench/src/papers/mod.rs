@@ -1,5 +1,6 @@
 //! `windfall bench papers`: the tables and figures of the papers from one command, each beside what is printed.
 
+mod area;
 pub mod compare;
 mod falling;
 mod limits;
@@ -68,6 +69,7 @@ fn measure(
     tables.extend(falling::walk(gpu, quick, number, &mut plots)?);
     tables.push(falling::table_of_2007(gpu, quick)?);
     tables.extend(simplified::measure(gpu, quick, number, &mut plots)?);
+    tables.push(area::table(quick));
     tables.push(submission::table(gpu, quick)?);
     Ok((tables, plots))
 }

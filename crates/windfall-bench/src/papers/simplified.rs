@@ -12,12 +12,13 @@ use crate::statistics::Quartiles;
 use windfall_core::simplify::Simplification;
 use windfall_gpu::{Culling, View};
 use windfall_host::device::Gpu;
+use windfall_scenes::Stage;
 use windfall_tree::species::papers10;
 
 /// Vertices of the scene of figure 5 and of figure 1 in view, millions.
 const FIGURE_5: f64 = 15.8;
 /// The total level of detail of figure 1, at h = 0.7.
-const FIGURE_1: f64 = 0.06;
+pub const FIGURE_1: f64 = 0.06;
 
 /// All of its tables.
 pub fn measure(
@@ -48,6 +49,27 @@ fn frames_ms(
     Ok((Quartiles::of(&ms), drawn))
 }
 
+/// The forest of figure 5, and the view of it.
+pub struct Figure5 {
+    pub stage: Stage,
+    /// With which as many vertices are in view as the paper has, radians.
+    pub fov: f32,
+    /// With which h = 0.7 keeps what figure 1 does, metres.
+    pub d0: f32,
+}
+
+/// Finds the view of figure 5 for pictures of a size.
+pub fn figure_5_scene(size: (u32, u32)) -> Figure5 {
+    let stage = forest(papers10().to_vec(), 1000);
+    let fov = bisect(0.02, 2.5, FIGURE_5 * 1e6, |fov| {
+        vertex_count(&stage, &view_across(&stage, fov, Simplification::NONE), size)
+    });
+    let d0 = bisect(1.0, 400.0, FIGURE_1, |d0| {
+        lambda_total(&stage, &view_across(&stage, fov, paper_simplification(0.7, d0)), size)
+    });
+    Figure5 { stage, fov, d0 }
+}
+
 /// Figures 1, 3 and 5: total level of detail and frame rate over h.
 fn over_h(
     gpu: &mut Gpu,
@@ -59,14 +81,8 @@ fn over_h(
     let frames = if quick { 3 } else { 5 };
     println!("figure 5 of SFS");
     let harness = Harness::new(gpu, size)?;
-    let stage = forest(papers10().to_vec(), 1000);
+    let Figure5 { stage, fov, d0 } = figure_5_scene(size);
     let none = Simplification::NONE;
-    let fov = bisect(0.02, 2.5, FIGURE_5 * 1e6, |fov| {
-        vertex_count(&stage, &view_across(&stage, fov, none), size)
-    });
-    let d0 = bisect(1.0, 400.0, FIGURE_1, |d0| {
-        lambda_total(&stage, &view_across(&stage, fov, paper_simplification(0.7, d0)), size)
-    });
     let mut planted = harness.upload(gpu, &stage)?;
     let mut rows = Vec::new();
     let (mut lambdas, mut rates) = (Vec::new(), Vec::new());
