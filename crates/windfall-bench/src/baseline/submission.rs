@@ -157,7 +157,7 @@ impl Submitted {
             kept: buffer(device, bytemuck::cast_slice(&corners), usage),
             of_shapes: buffer(device, bytemuck::cast_slice(&of_shapes), usage),
             places: buffer(device, bytemuck::cast_slice(&places), usage),
-            plain: with_camera(CORNERS, &[corner.clone()]),
+            plain: with_camera(CORNERS, std::slice::from_ref(&corner)),
             instanced: with_camera(INSTANCES, &[corner, place]),
             attachments: Attachments::new(device, COLOR_FORMAT, size),
             corners,

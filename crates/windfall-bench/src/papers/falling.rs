@@ -2,6 +2,7 @@
 
 use super::NamedPlot;
 use super::report::{Row, Table};
+use super::scenes::triangles;
 use crate::falling::workload::{grove, grove_of, walkthrough};
 use crate::harness::{FrameMeasurement, Harness, PlantedView, upload_models};
 use crate::plot::{Line, Plot};
@@ -285,15 +286,7 @@ pub fn table_of_2007(gpu: &mut Gpu, quick: bool) -> anyhow::Result<Table> {
         println!("table 1 of 2007: {trees} trees");
         let base = grove_of(trees, 8300);
         let models = upload_models(gpu, &base)?;
-        let triangles: u64 = base
-            .forest
-            .instances
-            .iter()
-            .map(|i| {
-                let tree = &base.trees[i.model as usize];
-                (tree.foliage.triangle_count() + tree.wood.indices.len() / 3) as u64
-            })
-            .sum();
+        let triangles = triangles(&base);
         let mut without = f64::NAN;
         for (_, leaves, printed) in TABLE_1.into_iter().filter(|row| row.0 == trees) {
             let mut stage = base.clone();

@@ -6,6 +6,7 @@ mod falling;
 mod limits;
 mod pictures;
 mod report;
+mod scenes;
 mod simplified;
 mod submission;
 
@@ -39,12 +40,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     Gpu::for_each(|mut gpu| {
         let number = report.adapters.len();
-        let (tables, plots) = measure(&mut gpu, args.quick, number)?;
+        let (mut tables, plots) = measure(&mut gpu, args.quick, number)?;
         for (name, plot) in plots {
             write_text(&args.out.join(format!("{name}.svg")), &plot.svg()?)?;
             plot.save_png(&args.out.join(format!("{name}.png")))?;
         }
-        let figures = pictures::draw(&mut gpu, &args.out, number)?;
+        let mut figures = pictures::draw(&mut gpu, &args.out, number)?;
+        let (scenes, of_scenes) = scenes::measure(&mut gpu, args.quick, &args.out, number)?;
+        tables.push(scenes);
+        figures.extend(of_scenes);
         let (adapter, driver) = (gpu.adapter.clone(), gpu.driver.clone());
         report.adapters.push(AdapterReport { adapter, driver, tables, figures });
         // After each adapter: what is measured is not lost if the next one fails.
