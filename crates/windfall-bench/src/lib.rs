@@ -19,7 +19,7 @@ mod plot;
 mod realtime;
 mod scenery;
 mod simplification;
-mod statistics;
+pub mod statistics;
 
 pub use plot::register_font as register_plot_font;
 

@@ -8,10 +8,11 @@ use crate::harness::{FrameMeasurement, Harness, PlantedView, upload_models};
 use crate::plot::{Line, Plot};
 use crate::statistics::Quartiles;
 use std::sync::Arc;
+use windfall_core::path::PathSet;
 use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
 use windfall_papers::{
-    Elimination, LandingSearch, LeafOcclusion, ListOptions, PassOptions, PublishedFalls,
+    Elimination, LandingSearch, LeafOcclusion, ListOptions, PassOptions, PathData, PublishedFalls,
     PublishedPasses, Strategy,
 };
 use windfall_scenes::Stage;
@@ -31,6 +32,7 @@ struct Method {
     strategy: Option<Strategy>,
     elimination: bool,
     occlusion: bool,
+    paths: PathData,
 }
 
 const fn method(
@@ -38,7 +40,7 @@ const fn method(
     strategy: Option<Strategy>,
     [elimination, occlusion]: [bool; 2],
 ) -> Method {
-    Method { name, strategy, elimination, occlusion }
+    Method { name, strategy, elimination, occlusion, paths: PathData::Table }
 }
 
 /// The published methods as they were published: landings are searched in the shader.
@@ -66,7 +68,8 @@ impl Method {
         let falls = Falls { capacity: 0, ..stage.falls.clone() };
         let mut planted = harness.plant(gpu, &Stage { falls, ..stage.clone() }, models)?;
         let occlusion = (self.occlusion && gpu.fragment_stores).then(LeafOcclusion::default);
-        let options = PassOptions { strategy, landing: LandingSearch::InShader, occlusion };
+        let (landing, paths) = (LandingSearch::InShader, self.paths);
+        let options = PassOptions { strategy, landing, paths, occlusion };
         let passes = Arc::new(PublishedPasses::new(&gpu.device, options));
         let elimination = if self.elimination {
             // As many tests as the frames that are left out would have had.
@@ -259,6 +262,67 @@ pub fn walk(
             plot: Some(file("walk")),
         },
     ])
+}
+
+/// Section 3.3 of 2008: path data in two one-dimensional textures, and with all other tables in one.
+pub fn path_data(gpu: &mut Gpu, quick: bool) -> anyhow::Result<Table> {
+    let (size, frames, falling) =
+        if quick { ((320, 180), 5, 2000) } else { ((640, 360), 15, 5000) };
+    println!("section 3.3 of 2008");
+    let harness = Harness::new(gpu, size)?;
+    let mut stage = grove_of(4, 3000);
+    // One path for all leaves.
+    stage.falls.paths = PathSet::new(stage.falls.paths.paths()[..1].to_vec())?;
+    stage.keep_falling(falling);
+    let models = upload_models(gpu, &stage)?;
+    let ways = [
+        ("one two-dimensional texture with all tables", PathData::Table),
+        ("two one-dimensional textures", PathData::OneDimensional),
+    ];
+    let mut planted = Vec::new();
+    for (_, paths) in ways {
+        let of = Method { paths, ..method("", Some(Strategy::Vertex), [true, false]) };
+        planted.push(of.plant(gpu, &harness, (&stage, &models), 1)?);
+    }
+    let mut times = [Vec::new(), Vec::new()];
+    let mut in_list = 0;
+    for frame in 0..frames + 2 {
+        let seconds = 8.0 + f64::from(frame) / 30.0;
+        let view = walkthrough(&stage, seconds);
+        for (planted, times) in planted.iter_mut().zip(&mut times) {
+            let measured = harness.measure(gpu, planted, (seconds, &view))?;
+            in_list = measured.counts.falling;
+            // Pipelines are compiled at the first.
+            if frame >= 2 {
+                times.push(measured.wall_ms);
+            }
+        }
+    }
+    let times = times.map(|times| Quartiles::of(&times));
+    let rows = ways.into_iter().zip(times).map(|((name, _), ms)| Row {
+        name: name.into(),
+        ms,
+        measured: Some(times[0].median / ms.median),
+        printed: None,
+        notes: format!("{in_list} in the list"),
+    });
+    Ok(Table {
+        id: "vb2008-3.3".into(),
+        title: "VB 2008, section 3.3: where path data are".into(),
+        scene: format!(
+            "Strategy vertex, one path of {} samples, landings searched in the shader, elimination, {}x{}",
+            stage.falls.paths.paths()[0].positions().len(),
+            size.0,
+            size.1
+        ),
+        ratio: "frame rate over one texture".into(),
+        rows: rows.collect(),
+        remark: "The paper has two one-dimensional textures and compares them with nothing. One texture needs a fetch for a \
+                 sample instead of two and holds longer paths than a one-dimensional texture may; the paper's layout needs \
+                 no unpacking."
+            .into(),
+        plot: None,
+    })
 }
 
 /// Trees, leaves in the air and frames per second.

@@ -71,6 +71,7 @@ fn measure(
     let mut plots = Vec::new();
     let mut tables = vec![limits::measure(gpu, quick)?];
     tables.extend(falling::walk(gpu, quick, number, &mut plots)?);
+    tables.push(falling::path_data(gpu, quick)?);
     tables.push(falling::table_of_2007(gpu, quick)?);
     tables.extend(simplified::measure(gpu, quick, number, &mut plots)?);
     tables.push(area::table(quick));
