@@ -176,7 +176,8 @@ mod tests {
         assert!((area(&whole) / area(&tree) - 1.0).abs() < 0.01);
         let [lean, dilated] = [MeshoptBaseline::Simplify, MeshoptBaseline::Dilated]
             .map(|baseline| area(&simplified(&tree, baseline, all / 4).unwrap()) / area(&tree));
-        assert!(dilated > 1.2 * lean && dilated < 1.3, "{lean} {dilated}");
+        // Borders give back most of the area that is lost without them.
+        assert!(lean < 0.9 && (1.0 - dilated).abs() < 0.4 * (1.0 - lean), "{lean} {dilated}");
     }
 
     /// A square of two triangles that lacks half of its area: its sides move by that over their length.
