@@ -53,7 +53,7 @@ static MODELS: LazyLock<Vec<TreeModel>> = LazyLock::new(|| {
 });
 
 /// Three trees on a slope, in the wind, that shed so fast that many leaves fall and lie.
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     let place = |model, x: f64, z: f64, seed| {
         let place = TreePlace::at(DVec3::new(x, 0.1 * x - 0.05 * z, z), seed);
         (model, TreePlace { yaw: 0.5 * seed as f32, ..place })
@@ -76,7 +76,7 @@ fn scene() -> Scene {
     }
 }
 
-fn shot(time: f64) -> Shot {
+pub fn shot(time: f64) -> Shot {
     let view = View::new(camera([3.0, 3.0, 16.0], [0.0, 3.0, 0.0]));
     Shot { time, season: 0.55, view }
 }
