@@ -17,9 +17,8 @@ fn ambient_occlusion_darkens_leaves_inside_of_crowns() {
     let without = stage.paint(&shot);
     let light = |p: &[u8]| p[..3].iter().map(|&c| i32::from(c)).sum::<i32>();
     let pixels = || with.chunks_exact(4).zip(without.chunks_exact(4));
-    let count = |test: &dyn Fn(i32) -> bool| {
-        pixels().filter(|(a, b)| test(light(b) - light(a))).count()
-    };
+    let count =
+        |test: &dyn Fn(i32) -> bool| pixels().filter(|(a, b)| test(light(b) - light(a))).count();
     let all = pixels().count();
     let (darkened, lightened) = (count(&|by| by > 12), count(&|by| by < -3));
     println!("of {all} pixels {darkened} are darker with it, {lightened} lighter");
