@@ -167,10 +167,11 @@ pub fn table(quick: bool) -> Table {
         ratio: "time over that by distance".into(),
         rows: rows.collect(),
         remark: "\"Since the computation of a bounding box area in pixels is more complex\", SFS takes the distance; so do \
-                 we by default, and the sphere's area where tree models differ in size. What the box costs more is small \
-                 beside a frame; it is the box's shape that speaks against it: it grows and shrinks by a third as a tree \
-                 turns about its trunk, and the leaves in view do not change then. The renderer has the distance and the \
-                 sphere alone."
+                 we by default, and the sphere's area where tree models differ in size. Sizes of these trees differ, which \
+                 the distance does not know; with h = 0.7 the level follows b to a power of nearly two, so that a tree's \
+                 level is easily twice as high by its area. What the box costs more is small beside a frame; it grows and \
+                 shrinks as a tree turns about its trunk, though the crown in view does not. The renderer has the distance \
+                 and the sphere alone."
             .into(),
         plot: None,
     }

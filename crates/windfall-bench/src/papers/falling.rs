@@ -152,9 +152,11 @@ pub fn walk(
     }
     let find = |name: &str| walks.iter().find(|w| w.name == name);
     let scene = format!(
-        "{samples} of {FRAMES} frames of a walk about 7 trees of 800 thousand triangles at {}x{}; 12,000 leaves thrown \
+        "{samples} of {FRAMES} frames of a walk about 7 trees of {} thousand triangles at {}x{}; 12,000 leaves thrown \
          evenly; landings searched in the shader, elimination of {TESTED} leaves a frame",
-        size.0, size.1
+        triangles(&stage) / 1000,
+        size.0,
+        size.1
     );
     let none = Row {
         name: "no leaves in movement".into(),
