@@ -11,6 +11,7 @@ pub const FALLS: Module = Module {
     source: |settings| {
         let sources = [
             text::TABLES,
+            text::PATH_SAMPLES,
             text::SHED,
             text::POSE,
             text::LOOSE,
