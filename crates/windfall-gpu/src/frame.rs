@@ -146,8 +146,6 @@ impl Renderer {
             self.falls.collect_detached(pass, loose);
         });
         loose.copy_count(encoder, Counter::LandingGroups);
-        loose.copy_count(encoder, Counter::AwakeGroups);
-        loose.copy_count(encoder, Counter::AllGroups);
         timing.compute_pass(encoder, "land", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
             self.falls.solve_landings(pass, loose);

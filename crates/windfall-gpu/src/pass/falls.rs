@@ -27,10 +27,8 @@ pub struct Falls {
     update_windows: wgpu::ComputePipeline,
     collect_detached: wgpu::ComputePipeline,
     wake: wgpu::ComputePipeline,
-    choose: wgpu::ComputePipeline,
     solve_landings: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
-    pose_listed: wgpu::ComputePipeline,
     transition: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
 }
@@ -48,16 +46,14 @@ impl Falls {
             update_windows: pipeline("update_windows"),
             collect_detached: pipeline("collect_detached"),
             wake: pipeline("wake"),
-            choose: pipeline("choose"),
             solve_landings: pipeline("solve_landings"),
             pose: pipeline("pose"),
-            pose_listed: pipeline("pose_listed"),
             transition: pipeline("transition"),
             settle: pipeline("settle"),
         }
     }
 
-    /// Lists the leaves that have newly detached, and the groups of slots where something may happen.
+    /// Lists the leaves that have newly detached, and wakes the groups of slots where something may happen.
     pub fn collect_detached(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         let streams = loose.streams.all.len() as u32;
         pass.set_bind_group(1, &loose.group, &[]);
@@ -67,8 +63,6 @@ impl Falls {
         dispatch(pass, streams);
         pass.set_pipeline(&self.wake);
         pass.dispatch_workgroups((loose.streams.groups.len() as u32).div_ceil(BLOCK), 1, 1);
-        pass.set_pipeline(&self.choose);
-        pass.dispatch_workgroups(1, 1, 1);
     }
 
     /// Finds where they will land.
@@ -82,9 +76,7 @@ impl Falls {
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.pose);
-        pass.dispatch_workgroups_indirect(&loose.indirect, 48);
-        pass.set_pipeline(&self.pose_listed);
-        pass.dispatch_workgroups_indirect(&loose.indirect, 24);
+        dispatch(pass, loose.streams.groups.len() as u32);
     }
 
     /// Poses the leaves that leave their twigs, settle, or vanish.
@@ -98,6 +90,6 @@ impl Falls {
     pub fn settle(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.settle);
-        pass.dispatch_workgroups_indirect(&loose.indirect, 36);
+        pass.dispatch_workgroups_indirect(&loose.indirect, 24);
     }
 }

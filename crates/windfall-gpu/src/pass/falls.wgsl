@@ -16,8 +16,7 @@
 // A leaf a slot, as it is drawn: what views gather from. Of leaves that have withered it stays as it is.
 @group(1) @binding(6) var<storage, read_write> posed: array<LooseLeaf>;
 // WINDOW vectors a stream: see Window. Then a word a slot: leaves that `solve_landings` or `transition` has to see to.
-// Then REST vectors a group of slots: see rest.wgsl. Then two words a group: the groups to pose, and those that come to
-// rest.
+// Then REST vectors a group of slots: see rest.wgsl. Then a word a group: those that come to rest.
 @group(1) @binding(7) var<storage, read_write> work: array<vec4<u32>>;
 // See windfall_gpu::scene::falls::Counter.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
@@ -33,11 +32,10 @@ const LANDINGS: u32 = 2u;
 const LANDING_GROUPS: u32 = 3u;
 const CHANGES: u32 = 4u;
 const CHANGE_GROUPS: u32 = 5u;
-// Groups of slots to pose, workgroups in a row for them, rows; the same of those that come to rest; workgroups in a row
-// and rows for all groups, if all are posed.
-const AWAKE: u32 = 6u;
-const CALM: u32 = 9u;
-const ALL: u32 = 12u;
+// Groups of slots that come to rest, workgroups in a row for them, rows.
+const CALM: u32 = 6u;
+// Groups of slots in which leaves were posed.
+const AWAKE: u32 = 9u;
 
 // Where a leaf is, in the lowest bits of LooseLeaf.scale.
 const LETS_GO: u32 = 0u;
@@ -164,34 +162,20 @@ fn listed(i: u32) -> Listed {
     return Listed(lists[2u * group], lists[2u * group + 1u] + word % GROUP);
 }
 
-fn group_list(list: u32, i: u32) -> u32 {
-    let words = (fall.group_count + 3u) / 4u;
-    return rest_at(fall.group_count) + words * ((list - AWAKE) / 3u) + i / 4u;
+fn calm_at(i: u32) -> u32 {
+    return rest_at(fall.group_count) + i / 4u;
 }
 
-// Adds a group of slots to one of the lists, and a workgroup for it.
-fn add_group(list: u32, group: u32) {
-    let i = atomicAdd(&counters[list], 1u);
-    atomicMax(&counters[list + 1u], min(i + 1u, ROW));
-    atomicMax(&counters[list + 2u], i / ROW + 1u);
-    work[group_list(list, i)][i % 4u] = group;
+// Lists a group of slots that comes to rest, and a workgroup for it.
+fn add_calm(group: u32) {
+    let i = atomicAdd(&counters[CALM], 1u);
+    atomicMax(&counters[CALM + 1u], min(i + 1u, ROW));
+    atomicMax(&counters[CALM + 2u], i / ROW + 1u);
+    work[calm_at(i)][i % 4u] = group;
 }
 
-// The group of slots that a workgroup has; none in the last row's end.
-struct OfGroup {
-    there: bool,
-    group: u32,
-}
-
-fn group_of(list: u32, id: vec3<u32>) -> OfGroup {
-    let i = id.y * ROW + id.x;
-    let there = i < atomicLoad(&counters[list]);
-    let at = select(0u, i, there);
-    return OfGroup(there, select(0u, work[group_list(list, at)][at % 4u], there));
-}
-
-// Lists the groups of slots in which something may happen. Those that hold nothing are left out, and those at rest,
-// where every leaf has withered and was posed for good, until an entry detaches into them or is about to.
+// Wakes groups of slots into which an entry detaches or is about to. Those at rest, where every leaf has withered and was
+// posed for good, are counted here, and not posed.
 @compute @workgroup_size(BLOCK)
 fn wake(@builtin(global_invocation_id) id: vec3<u32>) {
     let group = id.x;
@@ -199,7 +183,6 @@ fn wake(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = WINDOW * lists[2u * group];
-    let detached = work[at].x;
     let soon = work[at].y;
     let known = work[at + 3u].x;
     let recolor = work[at + 3u].z == 1u;
@@ -209,22 +192,7 @@ fn wake(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     work[rest_at(group) + 1u].y = 0u;
-    if lists[2u * group + 1u] < detached {
-        add_group(AWAKE, group);
-    }
-}
-
-// Whether so many groups are awake that all are posed. Where a workgroup takes its group from a list, drivers load what
-// its threads have in common for each: it takes two to three times as long.
-@compute @workgroup_size(1)
-fn choose() {
-    if 4u * atomicLoad(&counters[AWAKE]) < fall.group_count {
-        return;
-    }
-    atomicStore(&counters[AWAKE + 1u], 0u);
-    atomicStore(&counters[AWAKE + 2u], 0u);
-    atomicStore(&counters[ALL], min(fall.group_count, ROW));
-    atomicStore(&counters[ALL + 1u], (fall.group_count + ROW - 1u) / ROW);
+    atomicAdd(&counters[AWAKE], select(0u, 1u, lists[2u * group + 1u] < work[at].x));
 }
 
 // Lists the entries that have detached since the last frame, or all that are kept after a seek; a
@@ -451,10 +419,9 @@ fn entries_back(window: Window, at: u32) -> u32 {
 
 // Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `transition`.
 // Returns 1 for a leaf in the air, 0x400 for one on the ground, 0x100000 more for one that was posed for good.
-fn pose_slot(window: Window, of_group: OfGroup, at: u32) -> u32 {
-    let group = of_group.group;
+fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
     let back = entries_back(window, at);
-    let held = of_group.there && at < window.keep && back < window.detached;
+    let held = at < window.keep && back < window.detached;
     let slot = window.slot_first + select(0u, at, held);
     let a = bitcast<vec4<f32>>(slots[2u * slot]);
     let b = slots[2u * slot + 1u];
@@ -503,23 +470,13 @@ fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) l
     if group >= fall.group_count {
         return;
     }
-    pose_group(OfGroup(true, group), local);
-}
-
-// The same of the groups in the list.
-@compute @workgroup_size(BLOCK)
-fn pose_listed(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    pose_group(group_of(AWAKE, id), local);
-}
-
-fn pose_group(of_group: OfGroup, local: u32) {
-    let window = window_of(lists[2u * of_group.group]);
-    let first = lists[2u * of_group.group + 1u];
+    let window = window_of(lists[2u * group]);
+    let first = lists[2u * group + 1u];
     // None of a group at rest, which `wake` has counted. Software drivers run both sides of a branch, but leave a loop.
     var posed_here = 0u;
-    let end = select(GROUP, 0u, work[rest_at(of_group.group) + 1u].y > 0u);
+    let end = select(GROUP, 0u, work[rest_at(group) + 1u].y > 0u);
     for (var i = 0u; i < end; i += BLOCK) {
-        posed_here += pose_slot(window, of_group, first + i + local);
+        posed_here += pose_slot(window, group, first + i + local);
     }
     atomicAdd(&counts, posed_here);
     workgroupBarrier();
@@ -529,7 +486,7 @@ fn pose_group(of_group: OfGroup, local: u32) {
         atomicAdd(&counters[IN_AIR], all & 0x3ffu);
         atomicAdd(&counters[ON_GROUND], lying);
         if lying > 0u && (all & 0x3ffu) == 0u && all >> 20u == lying {
-            add_group(CALM, of_group.group);
+            add_calm(group);
         }
     }
 }
@@ -541,8 +498,11 @@ var<workgroup> lying_count: atomic<u32>;
 // Notes what a view has to know of a group that has come to rest, and until when it rests.
 @compute @workgroup_size(BLOCK)
 fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let of_group = group_of(CALM, id);
-    let group = of_group.group;
+    // None in the last row's end.
+    let i = id.y * ROW + id.x;
+    let there = i < atomicLoad(&counters[CALM]);
+    let at_list = select(0u, i, there);
+    let group = select(0u, work[calm_at(at_list)][at_list % 4u], there);
     let window = window_of(lists[2u * group]);
     let first = lists[2u * group + 1u];
     var low = vec3(1e30);
@@ -567,7 +527,7 @@ fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index)
         }
         workgroupBarrier();
     }
-    if local > 0u || !of_group.there {
+    if local > 0u || !there {
         return;
     }
     let most = highs[0];

@@ -91,12 +91,9 @@ pub enum Counter {
     LandingGroups = 3,
     /// Workgroups that pose leaves that change; before it, how many leaves those are.
     ChangeGroups = 5,
-    /// Workgroups in a row that pose groups of slots, and rows; before them, how many groups those are.
-    AwakeGroups = 7,
-    /// The same of groups that come to rest.
-    CalmGroups = 10,
-    /// Workgroups in a row that pose all groups, and rows, where those awake are too many for a list.
-    AllGroups = 12,
+    /// Workgroups in a row that see to groups of slots that come to rest, and rows; before them, how many groups those
+    /// are.
+    CalmGroups = 7,
 }
 
 /// One draw: the loose leaves of one shape of one model.
@@ -120,8 +117,8 @@ pub struct LooseState {
     pub work: wgpu::Buffer,
     pub posed: wgpu::Buffer,
     pub counters: wgpu::Buffer,
-    /// Indirect arguments of the search for landings, of the poses of leaves that change, of the poses of groups of
-    /// slots from a list, of those that come to rest, and of the poses of all.
+    /// Indirect arguments of the search for landings, of the poses of leaves that change, and of groups of slots that come
+    /// to rest.
     pub indirect: wgpu::Buffer,
     pub group: wgpu::BindGroup,
     /// What the counters of a view begin with.
@@ -197,7 +194,7 @@ impl LooseState {
         );
         let windows = u64::from(WINDOW) * streams.all.len() as u64;
         let groups = streams.groups.len() as u64;
-        let of_groups = 2 * groups + 2 * groups.div_ceil(4);
+        let of_groups = 2 * groups + groups.div_ceil(4);
         let work =
             zeros(device, "work on leaves", (windows + slots.div_ceil(4) + of_groups) * 16, none);
         let counters =
@@ -225,10 +222,10 @@ impl LooseState {
                 counters.as_entire_binding(),
             ],
         );
-        // Groups as counted by the shader, 1, 1, twice; groups, rows, 1, three times.
+        // Groups as counted by the shader, 1, 1, twice; groups, rows, 1.
         let indirect = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("leaves to see to"),
-            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1]),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1, 0, 0, 1]),
             usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
         });
         let empty_draws = empty_draws(device, models, &streams.bins);
@@ -256,9 +253,7 @@ impl LooseState {
     pub fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, counter: Counter) {
         let (to, size) = match counter {
             Counter::ChangeGroups => (12, 4),
-            Counter::AwakeGroups => (24, 8),
-            Counter::CalmGroups => (36, 8),
-            Counter::AllGroups => (48, 8),
+            Counter::CalmGroups => (24, 8),
             _ => (0, 4),
         };
         encoder.copy_buffer_to_buffer(&self.counters, counter as u64 * 4, &self.indirect, to, size);

@@ -623,7 +623,7 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
 
 /// Groups of slots that were posed in the last frame.
 fn awake(watched: &Watched) -> u32 {
-    Gpu::get().words(&watched.forest.buffers().unwrap().loose.counters)[6]
+    Gpu::get().words(&watched.forest.buffers().unwrap().loose.counters)[9]
 }
 
 fn sorted((mut leaves, tallies): (Vec<LooseLeaf>, [u32; 2])) -> (Vec<LooseLeaf>, [u32; 2]) {
