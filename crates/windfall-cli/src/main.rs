@@ -19,6 +19,8 @@ mod render;
 mod simplify;
 mod tree;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -65,6 +67,9 @@ struct Cli {
 enum Command {
     /// Render a scene to a picture or a film
     Render(Box<render::Args>),
+    /// Walk through a forest, in a window
+    #[cfg(feature = "view")]
+    View(view::Args),
     /// Write leaves and trees of a scene for other programs: USD, glTF, tables
     Export(Box<export::Args>),
     /// Write jobs for render farms, and join their frames
@@ -107,6 +112,8 @@ fn main() -> ExitCode {
         .init();
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),

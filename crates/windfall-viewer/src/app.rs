@@ -1,0 +1,386 @@
+//! The application: one frame after another, in a window or on a page.
+
+mod files;
+mod frame;
+mod loading;
+mod out;
+
+use crate::files::Files;
+use crate::input::{self, Action};
+use crate::load::{Job, World};
+use crate::picture::{Picture, Pixels};
+use crate::state::camera::{Mode, Rig};
+use crate::state::clock::Clock;
+use crate::state::history::History;
+use crate::state::settings::Settings;
+use crate::statistics::Statistics;
+use crate::ui;
+use eframe::egui_wgpu::RenderState;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use windfall_gpu::View;
+use windfall_scenes::CameraKey;
+
+/// How the viewer starts.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// What is shown.
+    pub settings: Settings,
+    /// Where the camera stands in place of the scene's.
+    pub camera: Option<CameraKey>,
+    /// Files of the scene.
+    pub files: Files,
+    /// Files to open beside it.
+    pub open: Vec<String>,
+    /// Pictures after which the window closes by itself.
+    pub frames: Option<u64>,
+    /// Whether to print how long things took.
+    pub timings: bool,
+    /// Whether the panel is shown.
+    pub panel: bool,
+    /// Whether time runs from the start.
+    pub playing: bool,
+    /// Pixels of the picture for each of the window's, along a side.
+    pub scale: f32,
+}
+
+impl Start {
+    /// Shows settings.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            camera: None,
+            files: Files::default(),
+            open: Vec::new(),
+            frames: None,
+            timings: false,
+            panel: true,
+            playing: true,
+            scale: 1.0,
+        }
+    }
+}
+
+/// A line for people.
+pub struct Line {
+    /// Whether it is an error.
+    pub error: bool,
+    /// What it says.
+    pub text: String,
+}
+
+/// What somebody outside asks of the viewer: a page's JavaScript, or a test.
+pub enum Ask {
+    /// Shows what a link says.
+    Link(String),
+    /// Goes to a moment.
+    Seek(f64),
+    /// Plays or stands.
+    Play(bool),
+    /// Opens a file.
+    Open(String, Arc<[u8]>),
+    /// Gives the next picture's pixels.
+    Screenshot(Box<dyn FnOnce(Pixels) + Send>),
+}
+
+/// What is asked, from anywhere.
+pub type Asked = Arc<Mutex<Vec<Ask>>>;
+
+/// The viewer.
+pub struct Viewer {
+    pub(crate) settings: Settings,
+    /// The settings that the world has.
+    applied: Settings,
+    pub(crate) history: History,
+    pub(crate) clock: Clock,
+    pub(crate) rig: Rig,
+    pub(crate) bookmarks: Vec<CameraKey>,
+    pub(crate) files: Files,
+    pub(crate) adding: bool,
+    pub(crate) world: Option<World>,
+    pub(crate) picture: Option<Picture>,
+    job: Option<Job>,
+    /// What the job does: what, how many are there, of how many.
+    pub(crate) progress: Option<(String, usize, usize)>,
+    /// What the camera shows once the world is there.
+    framing: Framing,
+    pub(crate) lines: Vec<Line>,
+    pub(crate) statistics: Statistics,
+    /// The settings and files of the last world that came.
+    good: Option<(Settings, Files)>,
+    /// Whether the change of this frame is a step back.
+    undoing: bool,
+    /// Whether files are to be read again.
+    reload: bool,
+    /// Whether the scene's path is the user's.
+    pub(crate) recording: bool,
+    /// Address of the page, before the hash of links; empty in a window.
+    pub(crate) page: String,
+    /// What was saved, or why not.
+    said: Arc<Mutex<Vec<Result<String, String>>>>,
+    /// Pixels of the picture for each of the window's.
+    pub(crate) scale: f32,
+    pub(crate) panel: bool,
+    pub(crate) help: bool,
+    pub(crate) path_box: Option<String>,
+    asked: Asked,
+    screenshot: Vec<Box<dyn FnOnce(Pixels) + Send>>,
+    /// The view and the moment of the last picture.
+    drawn: Option<(View, f64, (u32, u32))>,
+    watched: Vec<(String, Option<std::time::SystemTime>)>,
+    watch_due: f64,
+    frames: Option<u64>,
+    timings: bool,
+    started: web_time::Instant,
+    first: Option<Duration>,
+    pub(crate) hover: Option<String>,
+}
+
+/// Where the camera goes when a world has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Framing {
+    /// It stays.
+    Stay,
+    /// Where the scene has it.
+    Scene,
+    /// Where it sees the trees.
+    Trees,
+}
+
+impl Viewer {
+    /// A viewer on eframe's device. It begins to load.
+    ///
+    /// # Errors
+    ///
+    /// eframe draws by something else than wgpu.
+    pub fn new(
+        context: &eframe::CreationContext<'_>,
+        start: Start,
+        asked: Asked,
+        started: web_time::Instant,
+    ) -> Result<Self, String> {
+        let render = context.wgpu_render_state.as_ref().ok_or("the window is not wgpu's")?;
+        ui::style(&context.egui_ctx);
+        let scene = &start.settings.scene;
+        let mut clock = Clock::new(scene.time, scene.frames.1, scene.fps);
+        clock.playing = start.playing;
+        let key = start.camera.or_else(|| scene.camera.first().copied());
+        let rig = key.map_or_else(
+            || Rig::new(glam::DVec3::new(0.0, 1.7, 30.0), glam::DVec3::new(0.0, 5.0, 0.0), 50.0),
+            |key| Rig::of_key(&key, |_, _| 0.0),
+        );
+        let framing = if start.camera.is_some() { Framing::Stay } else { Framing::Scene };
+        let mut viewer = Self {
+            applied: start.settings.clone(),
+            history: History::default(),
+            clock,
+            rig,
+            bookmarks: start.camera.into_iter().collect(),
+            files: start.files,
+            adding: false,
+            world: None,
+            picture: None,
+            job: None,
+            progress: None,
+            framing,
+            lines: Vec::new(),
+            statistics: Statistics::default(),
+            good: None,
+            undoing: false,
+            reload: false,
+            recording: false,
+            page: crate::page_address(),
+            said: Arc::default(),
+            scale: start.scale,
+            panel: start.panel,
+            help: false,
+            path_box: None,
+            asked,
+            screenshot: Vec::new(),
+            drawn: None,
+            watched: Vec::new(),
+            watch_due: 0.0,
+            frames: start.frames,
+            timings: start.timings,
+            started,
+            first: None,
+            hover: None,
+            settings: start.settings,
+        };
+        for file in start.open {
+            viewer.open(&file, None);
+        }
+        viewer.load(render, &context.egui_ctx);
+        Ok(viewer)
+    }
+
+    /// Says something to the user.
+    pub(crate) fn say(&mut self, error: bool, text: impl Into<String>) {
+        let text = text.into();
+        #[cfg(not(target_arch = "wasm32"))]
+        if error {
+            tracing::warn!("{text}");
+        }
+        self.lines.push(Line { error, text });
+        if self.lines.len() > 100 {
+            self.lines.remove(0);
+        }
+    }
+
+    /// Height of the ground at x and z.
+    pub(crate) fn ground(&self) -> impl Fn(f64, f64) -> f64 + use<> {
+        let stage = self.world.as_ref().map(|world| Arc::clone(&world.stage));
+        move |x, z| {
+            stage.as_ref().map_or(0.0, |s| f64::from(s.forest.terrain.height(x as f32, z as f32)))
+        }
+    }
+
+    /// The camera as a key of a scene, at the moment that is shown.
+    pub(crate) fn key(&self) -> CameraKey {
+        self.rig.key(self.clock.time, self.ground())
+    }
+
+    /// Puts the camera where a key has it.
+    pub(crate) fn stand(&mut self, key: &CameraKey) {
+        let (mode, height) = (self.rig.mode, self.rig.eye_height);
+        self.rig = Rig { mode, eye_height: height, ..Rig::of_key(key, self.ground()) };
+    }
+
+    pub(crate) fn act(&mut self, action: Action) {
+        match action {
+            Action::Play => self.clock.playing = !self.clock.playing,
+            Action::Back => self.clock.step(-1.0),
+            Action::On => self.clock.step(1.0),
+            Action::Start => self.clock.seek(0.0),
+            Action::Orbit => self.rig.mode = Mode::Orbit,
+            Action::Walk => {
+                self.rig.mode = Mode::Walk;
+                self.rig.eye_height = 1.7;
+            }
+            Action::Fly => self.rig.mode = Mode::Fly,
+            Action::Path => self.rig.mode = Mode::Path,
+            Action::Frame => self.frame_trees(),
+            Action::Undo => {
+                self.undoing = true;
+                self.history.undo(&mut self.settings);
+            }
+            Action::Redo => {
+                self.undoing = true;
+                self.history.redo(&mut self.settings);
+            }
+            Action::Screenshot => self.save_picture(),
+            Action::Save => self.save_scene(),
+            Action::Open => self.path_box = Some(String::new()),
+            Action::Panel => self.panel = !self.panel,
+            Action::Help => self.help = !self.help,
+            Action::Record => self.record(),
+            Action::Bookmark => self.bookmarks.push(self.key()),
+        }
+    }
+
+    /// Shows another scene.
+    pub(crate) fn choose(&mut self, settings: Settings) {
+        let (playing, scene) = (self.clock.playing, &settings.scene);
+        self.clock = Clock::new(scene.time, scene.frames.1, scene.fps);
+        self.clock.playing = playing;
+        (self.framing, self.recording) = (Framing::Scene, false);
+        self.settings = settings;
+    }
+
+    /// What was asked from outside since the last frame.
+    fn answer(&mut self) {
+        let asked = std::mem::take(&mut *self.asked.lock().unwrap_or_else(PoisonError::into_inner));
+        for ask in asked {
+            match ask {
+                Ask::Link(hash) => self.follow(&hash),
+                Ask::Seek(time) => {
+                    self.clock.playing = false;
+                    self.clock.seek(time);
+                }
+                Ask::Play(play) => self.clock.playing = play,
+                Ask::Open(name, bytes) => self.open(&name, Some(bytes)),
+                Ask::Screenshot(with) => self.screenshot.push(with),
+            }
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        let Some(render) = frame.wgpu_render_state().cloned() else { return };
+        let before = self.settings.clone();
+        self.answer();
+        self.receive(&render);
+        self.heed();
+        self.take_dropped(ui.ctx());
+        for action in input::actions(ui) {
+            self.act(action);
+        }
+        self.clock.advance(f64::from(ui.input(|i| i.unstable_dt)));
+        ui::show(self, ui, &render);
+        self.changed(&before, &render, ui.ctx());
+        self.watch(ui.input(|i| i.time));
+        self.finish(&render, ui.ctx());
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+}
+
+/// What a viewer does with its frames' ends.
+impl Viewer {
+    fn finish(&mut self, render: &RenderState, context: &egui::Context) {
+        if let Some(picture) = &mut self.picture {
+            let (counted, pixels) = picture.collect(render);
+            if counted {
+                self.statistics.count(self.clock.time, &picture.latest);
+            }
+            if let Some(pixels) = pixels
+                && !self.screenshot.is_empty()
+            {
+                self.screenshot.remove(0)(pixels);
+            }
+        }
+        let drawn = self.picture.as_ref().map_or(0, |picture| picture.frames);
+        if self.first.is_none() && drawn > 0 && self.job.is_none() && !self.is_busy() {
+            self.first = Some(self.started.elapsed());
+            self.report("first picture");
+        }
+        if self.frames.is_some_and(|frames| drawn >= frames) && !self.is_busy() {
+            self.report("last picture");
+            context.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        let waiting = self.job.is_some() || self.is_busy() || !self.screenshot.is_empty();
+        if self.clock.playing || self.frames.is_some() || self.world.is_none() {
+            context.request_repaint();
+        } else if waiting {
+            context.request_repaint_after(Duration::from_millis(15));
+        } else {
+            // For files that change on disk, and for what is asked from outside.
+            context.request_repaint_after(Duration::from_millis(500));
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        self.picture.as_ref().is_some_and(Picture::is_busy)
+    }
+
+    fn report(&self, what: &str) {
+        if !self.timings {
+            return;
+        }
+        let drawn = self.picture.as_ref().map_or(0, |picture| picture.frames);
+        let size = self.picture.as_ref().and_then(Picture::size).unwrap_or_default();
+        let fps = self.statistics.rate();
+        eprintln!(
+            "{what}: {:.2} s after the start; {drawn} pictures of {}x{}; {fps:.1} pictures/s; slowest frame of the \
+             window while loading {:.0} ms",
+            self.started.elapsed().as_secs_f64(),
+            size.0,
+            size.1,
+            self.statistics.slowest_loading * 1e3,
+        );
+    }
+}

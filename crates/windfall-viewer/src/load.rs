@@ -1,0 +1,297 @@
+//! From settings to a forest on the GPU, step by step, beside the frames: on a thread in a program, between
+//! frames in a browser.
+
+use crate::files::Files;
+use crate::state::settings::Settings;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use windfall_core::Note;
+use windfall_core::tree::Tree;
+use windfall_gpu::{Options, Renderer, SkyMap, TreeModel};
+use windfall_scenes::{PathEntry, PlantedStage, Scene, Source, Stage, TimeUnit, TreeEntry};
+
+/// The picture's format: egui reads it as it is, see `picture.rs`.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// A forest on the GPU, and what it was made of.
+pub struct World {
+    /// The models and their places, on the CPU.
+    pub stage: Arc<Stage>,
+    /// The forest.
+    pub planted: PlantedStage,
+    /// Keys of the models, in the order of the stage's.
+    pub keys: Vec<String>,
+    /// The picture of the sky.
+    pub sky: Option<SkyMap>,
+    /// What there is to say about the files.
+    pub notes: Vec<Note>,
+}
+
+/// What a world is to be made of.
+pub struct Request {
+    /// The settings.
+    pub settings: Settings,
+    /// Its files.
+    pub files: Files,
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What was there before: equal models are taken from it.
+    pub before: Option<Before>,
+    /// Whether the renderer is to be made too.
+    pub renderer: bool,
+    /// Wakes the window.
+    pub wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// What a running world gives to the next.
+pub struct Before {
+    /// Its stage.
+    pub stage: Arc<Stage>,
+    /// Its models.
+    pub models: Vec<TreeModel>,
+    /// Their keys.
+    pub keys: Vec<String>,
+}
+
+/// What a job says while it runs.
+pub enum Message {
+    /// The renderer.
+    Renderer(Box<Renderer>),
+    /// A model is there, of so many.
+    Progress(String, usize, usize),
+    /// The world.
+    World(Box<World>),
+    /// There will be none.
+    Failed(String),
+}
+
+/// A job that runs beside the frames. Dropping it cancels it.
+pub struct Job {
+    /// What it says.
+    pub messages: Receiver<Message>,
+    /// What it is made of.
+    pub settings: Settings,
+    cancelled: Arc<AtomicBool>,
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Starts a job.
+pub fn start(request: Request) -> Job {
+    let (sender, messages) = channel();
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let job = Job { messages, settings: request.settings.clone(), cancelled: Arc::clone(&cancelled) };
+    let work = Working { request, sender, cancelled };
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        let run = move || pollster::block_on(work.run());
+        let thread = std::thread::Builder::new().name("loading".to_owned()).spawn(run);
+        // Without a thread the job is silent, and its dropped sender says so.
+        drop(thread);
+    }
+    #[cfg(target_arch = "wasm32")]
+    wasm_bindgen_futures::spawn_local(work.run());
+    job
+}
+
+struct Working {
+    request: Request,
+    sender: Sender<Message>,
+    cancelled: Arc<AtomicBool>,
+}
+
+impl Working {
+    fn say(&self, message: Message) {
+        // Nobody listens any more to a job that was cancelled.
+        let _ = self.sender.send(message);
+        (self.request.wake)();
+    }
+
+    async fn run(self) {
+        match self.world().await {
+            Ok(Some(world)) => self.say(Message::World(Box::new(world))),
+            Ok(None) => {}
+            Err(error) => self.say(Message::Failed(error)),
+        }
+    }
+
+    /// Lets a browser draw a frame; whether to go on.
+    async fn breathe(&self) -> bool {
+        #[cfg(target_arch = "wasm32")]
+        crate::web::next_task().await;
+        !self.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// The world; `None` if it was cancelled.
+    async fn world(&self) -> Result<Option<World>, String> {
+        let Request { settings, files, device, queue, .. } = &self.request;
+        let scene = &settings.scene;
+        if self.request.renderer {
+            self.say(Message::Progress("shaders".to_owned(), 0, 1));
+            if !self.breathe().await {
+                return Ok(None);
+            }
+            let renderer = Renderer::new(device, &Options::picture(FORMAT)).map_err(text)?;
+            self.say(Message::Renderer(Box::new(renderer)));
+        }
+        let mut notes = Vec::new();
+        let (mut trees, mut models, mut keys) = (Vec::new(), Vec::new(), Vec::new());
+        let total: u32 = scene.trees.iter().map(TreeEntry::models).sum();
+        for (i, entry) in scene.trees.iter().enumerate() {
+            for variant in 0..entry.models() {
+                let what = match &entry.source {
+                    Source::Species(name) | Source::File(name) => name.clone(),
+                };
+                self.say(Message::Progress(what, trees.len(), total as usize));
+                if !self.breathe().await {
+                    return Ok(None);
+                }
+                let key = key(scene, files, i, variant);
+                let (tree, model) = match self.known(&key) {
+                    Some(known) => known,
+                    None => {
+                        let read = |name: &str, entry: &TreeEntry| {
+                            read_tree(files, name, entry, &mut notes)
+                        };
+                        let tree = scene.model(i, variant, read)?;
+                        let model = TreeModel::new(device, queue, &tree).map_err(text)?;
+                        (tree, model)
+                    }
+                };
+                trees.push(tree);
+                models.push(model);
+                keys.push(key);
+            }
+        }
+        let mut stage = scene.place(trees);
+        stage.check(&settings.name).map_err(text)?;
+        notes.extend(fall_by(scene, files, &mut stage)?);
+        if let Some(rate) = settings.throw_rate {
+            stage.throw(rate, 0.0);
+        }
+        let sky = match &scene.sky.picture {
+            None => None,
+            Some(name) => {
+                let picture = windfall_host::sky::parse(&files.read(name)?, name);
+                Some(SkyMap::new(device, queue, &picture.map_err(|e| format!("{e:#}"))?))
+            }
+        };
+        if !self.breathe().await {
+            return Ok(None);
+        }
+        let planted = stage.plant(device, models).map_err(text)?;
+        Ok(Some(World { stage: Arc::new(stage), planted, keys, sky, notes }))
+    }
+
+    fn known(&self, key: &str) -> Option<(Tree, TreeModel)> {
+        let before = self.request.before.as_ref()?;
+        let at = before.keys.iter().position(|known| known == key)?;
+        Some((before.stage.trees.get(at)?.clone(), before.models.get(at)?.clone()))
+    }
+}
+
+fn text(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// What a model is made of, as a text that equals that of an equal model.
+fn key(scene: &Scene, files: &Files, entry: usize, variant: u32) -> String {
+    let mut of = scene.trees[entry].clone();
+    (of.weight, of.variants) = (1.0, 1);
+    let written = match &of.source {
+        Source::File(name) => files.modified(name),
+        Source::Species(_) => None,
+    };
+    format!("{of:?} {entry} {variant} {} {:?} {written:?}", scene.seed, scene.prune_order)
+}
+
+fn read_tree(
+    files: &Files,
+    name: &str,
+    entry: &TreeEntry,
+    notes: &mut Vec<Note>,
+) -> Result<Tree, String> {
+    let bytes = files.read(name)?;
+    let mut resolve = |uri: &str| files.beside(name, uri);
+    let read = windfall_tree::import(&bytes, name, &entry.import_options(), &mut resolve);
+    let read = read.map_err(text)?;
+    notes.extend(read.notes);
+    Ok(read.tree)
+}
+
+/// Reads the paths of a scene, and lets the leaves of its stage fall by them.
+fn fall_by(scene: &Scene, files: &Files, stage: &mut Stage) -> Result<Vec<Note>, String> {
+    let mut notes = Vec::new();
+    let mut lists = Vec::new();
+    for entry in &scene.paths {
+        let (paths, of_file) = read_paths(files, entry)?;
+        notes.extend(of_file);
+        lists.push((entry.trees.clone(), paths));
+    }
+    if !lists.is_empty() {
+        stage.fall_by(lists).map_err(text)?;
+    }
+    Ok(notes)
+}
+
+/// Reads a file of fall paths.
+///
+/// # Errors
+///
+/// A sentence for people that names the file.
+pub fn read_paths(
+    files: &Files,
+    entry: &PathEntry,
+) -> Result<(Vec<windfall_core::path::FallPath>, Vec<Note>), String> {
+    let bytes = files.read(&entry.file)?;
+    // RON of ours begins with a parenthesis; no form that is imported does.
+    if bytes.starts_with(b"WFPATHS") || bytes.trim_ascii_start().starts_with(b"(") {
+        let set = windfall_flight::read_paths(&entry.file, &bytes).map_err(text)?;
+        return Ok((set.paths().to_vec(), Vec::new()));
+    }
+    let options = windfall_flight::ImportOptions {
+        node: entry.node.clone(),
+        animation: entry.animation.clone(),
+        up: match entry.up {
+            windfall_tree::Up::Y => windfall_flight::Up::Y,
+            windfall_tree::Up::Z => windfall_flight::Up::Z,
+        },
+        scale: entry.scale,
+        time_unit: match entry.time_unit {
+            TimeUnit::Seconds => windfall_flight::TimeUnit::Seconds,
+            TimeUnit::Milliseconds => windfall_flight::TimeUnit::Milliseconds,
+        },
+        fps: entry.fps,
+        rate: entry.rate,
+        ..windfall_flight::ImportOptions::default()
+    };
+    let mut resolve = |uri: &str| files.beside(&entry.file, uri);
+    let read = windfall_flight::import_with(&entry.file, &bytes, &options, &mut resolve);
+    let read = read.map_err(text)?;
+    Ok((vec![read.path], read.notes))
+}
+
+/// Brings a running world from one state of the settings to another, where that is possible without making it anew.
+pub fn change(world: &mut World, settings: &Settings) -> Result<(), String> {
+    let forest = &mut world.planted.forest;
+    let scene = &settings.scene;
+    forest.set_season(scene.season).map_err(text)?;
+    let mut falls = scene.falls();
+    if let Some(rate) = settings.throw_rate {
+        falls.shedding = world.stage.thrown(rate, 0.0);
+    }
+    if falls.wind != forest.falls().wind {
+        forest.set_wind(falls.wind);
+    }
+    if falls.shedding != forest.falls().shedding {
+        forest.set_shedding(falls.shedding);
+    }
+    Ok(())
+}

@@ -1,0 +1,117 @@
+//! The window.
+
+use crate::app::{Asked, Start, Viewer};
+use anyhow::{Context, anyhow, bail};
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use std::path::Path;
+use std::sync::Arc;
+use windfall_gpu::Requirements;
+
+/// Opens the window; returns once it is closed.
+///
+/// # Errors
+///
+/// There is no display, or no graphics adapter.
+pub fn run(start: Start, size: (f32, f32)) -> anyhow::Result<()> {
+    let started = web_time::Instant::now();
+    if !has_display() {
+        bail!("there is no display to open a window on; `windfall render` draws pictures without one");
+    }
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Windfall")
+            .with_app_id("windfall")
+            .with_inner_size([size.0, size.1])
+            .with_drag_and_drop(true),
+        renderer: eframe::Renderer::Wgpu,
+        wgpu_options: configuration(),
+        ..Default::default()
+    };
+    let make = move |context: &eframe::CreationContext<'_>| {
+        let viewer = Viewer::new(context, start, Asked::default(), started)?;
+        Ok(Box::new(viewer) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("windfall", options, Box::new(make))
+        .map_err(|error| anyhow!("{error}"))
+        .context("cannot open a window")
+}
+
+/// Whether a window can be opened.
+pub fn has_display() -> bool {
+    let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !cfg!(all(unix, not(target_os = "macos"))) || set("DISPLAY") || set("WAYLAND_DISPLAY")
+}
+
+/// The device with what the renderer asks for.
+fn configuration() -> WgpuConfiguration {
+    let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+    let setup = WgpuSetupCreateNew {
+        instance_descriptor: wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::from_env().unwrap_or(backends) & backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+        },
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        device_descriptor: Arc::new(device),
+        ..WgpuSetupCreateNew::without_display_handle()
+    };
+    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+}
+
+/// What to ask an adapter for. One that cannot draw a forest is asked for the same; it says what it lacks.
+pub(crate) fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let (features, limits) = match Requirements::of(adapter) {
+        Ok(Requirements { features, limits, .. }) => (features, limits),
+        Err(_) => (wgpu::Features::empty(), wgpu::Limits::default()),
+    };
+    let timers = windfall_gpu::wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
+    wgpu::DeviceDescriptor {
+        label: Some("windfall"),
+        required_features: features | timers & adapter.features(),
+        required_limits: limits,
+        ..Default::default()
+    }
+}
+
+/// What the command line names: the first scene or link is shown, other files are opened beside it.
+///
+/// # Errors
+///
+/// A scene or a link that cannot be read.
+pub fn start(names: &[String]) -> anyhow::Result<Start> {
+    let mut start = None;
+    let mut open = Vec::new();
+    for name in names {
+        let made = if let Some((_, hash)) = name.split_once('#') {
+            let (settings, camera) = crate::state::link::read(hash)?;
+            Some(Start { camera, ..Start::new(settings) })
+        } else if let Some(settings) = crate::state::settings::Settings::named(name) {
+            Some(Start::new(settings))
+        } else if name.ends_with(".ron") {
+            Some(scene(Path::new(name))?)
+        } else {
+            crate::files::kind(name).map_err(|error| anyhow!("{error}"))?;
+            if !Path::new(name).is_file() {
+                bail!("{name}: there is no such file");
+            }
+            open.push(name.clone());
+            None
+        };
+        if let Some(made) = made
+            && start.replace(made).is_some()
+        {
+            bail!("{name}: a second scene; one is shown");
+        }
+    }
+    let default = || crate::state::settings::Settings::named(windfall_scenes::NAMES[0]).map(Start::new);
+    let start = start.or_else(default).context("a default scene")?;
+    Ok(Start { open, ..start })
+}
+
+fn scene(path: &Path) -> anyhow::Result<Start> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
+    let scene = windfall_scenes::Scene::from_ron(&text, &name)?;
+    let mut start = Start::new(crate::state::settings::Settings::of(&name, scene));
+    start.files.folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    Ok(start)
+}

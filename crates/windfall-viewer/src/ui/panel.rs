@@ -1,0 +1,74 @@
+//! The panel: everything that can be set.
+
+use super::controls;
+use super::plots::plots;
+use super::report::report;
+use crate::app::Viewer;
+use crate::state::settings::Settings;
+use egui::{CollapsingHeader, Ui};
+
+pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        let mut chosen = None;
+        egui::ComboBox::from_label("scene").selected_text(short(&viewer.settings.name)).show_ui(
+            ui,
+            |ui| {
+                for name in windfall_scenes::NAMES {
+                    if ui.selectable_label(viewer.settings.name == name, name).clicked() {
+                        chosen = Settings::named(name);
+                    }
+                }
+            },
+        );
+        if let Some(settings) = chosen {
+            viewer.choose(settings);
+        }
+        if ui.button("Open…").clicked() {
+            viewer.path_box = Some(String::new());
+        }
+        let undo = ui.add_enabled(viewer.history.can_undo(), egui::Button::new("↶"));
+        if undo.on_hover_text("undo").clicked() {
+            viewer.act(crate::input::Action::Undo);
+        }
+        let redo = ui.add_enabled(viewer.history.can_redo(), egui::Button::new("↷"));
+        if redo.on_hover_text("redo").clicked() {
+            viewer.act(crate::input::Action::Redo);
+        }
+    });
+    let base = viewer.settings.base();
+    let settings = &mut viewer.settings;
+    let sections: [(&str, bool, fn(&mut Ui, &mut Settings, &Settings)); 7] = [
+        ("Trees", true, controls::trees),
+        ("Season and leaves", true, controls::season),
+        ("Wind", false, controls::wind),
+        ("Sky", false, controls::sky),
+        ("Simplification", false, controls::detail),
+        ("Method", false, controls::method),
+        ("Effects", false, controls::effects),
+    ];
+    for (title, open, section) in sections {
+        CollapsingHeader::new(title).default_open(open).show(ui, |ui| section(ui, settings, &base));
+    }
+    CollapsingHeader::new("View").show(ui, |ui| {
+        controls::view(ui, settings);
+        ui.horizontal(|ui| {
+            ui.add(egui::Slider::new(&mut viewer.scale, 0.1..=1.0).text("resolution"));
+        });
+        ui.add(egui::Slider::new(&mut viewer.rig.fov, 10.0..=110.0).text("field of view, °"));
+        let mut zoom = ui.ctx().zoom_factor();
+        if ui.add(egui::Slider::new(&mut zoom, 0.5..=3.0).text("size of letters")).drag_stopped() {
+            ui.ctx().set_zoom_factor(zoom);
+        }
+        egui::widgets::global_theme_preference_buttons(ui);
+    });
+    CollapsingHeader::new("Pictures, links, paths").show(ui, |ui| report(viewer, ui));
+    CollapsingHeader::new("What goes on").show(ui, |ui| plots(viewer, ui));
+    if ui.button("Keys").on_hover_text("F1").clicked() {
+        viewer.help = !viewer.help;
+    }
+}
+
+/// The name of a file without its folder.
+fn short(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}

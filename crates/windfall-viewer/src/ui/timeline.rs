@@ -1,0 +1,52 @@
+//! Time and the camera's mode, below the picture.
+
+use crate::app::Viewer;
+use crate::state::camera::Mode;
+use crate::state::clock;
+use egui::{DragValue, Slider, Ui};
+
+pub fn timeline(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("☰").on_hover_text("panel (M)").clicked() {
+            viewer.panel = !viewer.panel;
+        }
+        for mode in Mode::ALL {
+            let number = Mode::ALL.iter().position(|m| *m == mode).unwrap_or(0) + 1;
+            let chosen = viewer.rig.mode == mode;
+            let button = ui.selectable_label(chosen, mode.name());
+            if button.on_hover_text(format!("key {number}")).clicked() {
+                viewer.rig.mode = mode;
+            }
+        }
+        ui.separator();
+        if ui.button("⏮").on_hover_text("to the first moment (Home)").clicked() {
+            viewer.clock.seek(0.0);
+        }
+        if ui.button("◀").on_hover_text("a frame back (,)").clicked() {
+            viewer.clock.step(-1.0);
+        }
+        let (sign, word) = if viewer.clock.playing { ("⏸", "pause") } else { ("▶", "play") };
+        let button = ui.button(sign).on_hover_text(format!("{word} (space)"));
+        button.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, word));
+        if button.clicked() {
+            viewer.clock.playing = !viewer.clock.playing;
+        }
+        if ui.button("▶|").on_hover_text("a frame on (.)").clicked() {
+            viewer.clock.step(1.0);
+        }
+        let speed = DragValue::new(&mut viewer.clock.speed).range(-100.0..=100.0).speed(0.05);
+        ui.add(speed.suffix("×").max_decimals(2)).on_hover_text("speed; below 0 backwards");
+        let text = clock::text(viewer.clock.time);
+        ui.monospace(text);
+        let mut time = viewer.clock.time;
+        let end = viewer.clock.end;
+        ui.spacing_mut().slider_width = (ui.available_width() - 120.0).max(80.0);
+        let slider = Slider::new(&mut time, 0.0..=end).suffix(" s").max_decimals(2);
+        let slider = ui.add(slider.clamping(egui::SliderClamping::Never).trailing_fill(true));
+        if slider.changed() {
+            viewer.clock.playing = false;
+            viewer.clock.seek(time);
+        }
+        slider.widget_info(|| egui::WidgetInfo::slider(true, time, "time"));
+    });
+}
