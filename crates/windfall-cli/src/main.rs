@@ -16,6 +16,7 @@ mod path;
 mod planting;
 mod reading;
 mod render;
+mod serve;
 mod simplify;
 mod tree;
 mod verify;
@@ -70,6 +71,8 @@ enum Command {
     /// Walk through a forest, in a window
     #[cfg(feature = "view")]
     View(view::Args),
+    /// Serve the viewer's page to browsers on this machine
+    Serve(serve::Args),
     /// Write leaves and trees of a scene for other programs: USD, glTF, tables
     Export(Box<export::Args>),
     /// Write jobs for render farms, and join their frames
@@ -114,6 +117,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(&args),
+        Command::Serve(args) => serve::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),

@@ -5,6 +5,8 @@ mod frame;
 mod loading;
 mod out;
 
+pub use out::png;
+
 use crate::files::Files;
 use crate::input::{self, Action};
 use crate::load::{Job, World};
@@ -16,7 +18,9 @@ use crate::state::settings::Settings;
 use crate::statistics::Statistics;
 use crate::ui;
 use eframe::egui_wgpu::RenderState;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 use windfall_gpu::View;
 use windfall_scenes::CameraKey;
@@ -80,11 +84,47 @@ pub enum Ask {
     /// Opens a file.
     Open(String, Arc<[u8]>),
     /// Gives the next picture's pixels.
-    Screenshot(Box<dyn FnOnce(Pixels) + Send>),
+    Screenshot(WithPixels),
 }
 
-/// What is asked, from anywhere.
-pub type Asked = Arc<Mutex<Vec<Ask>>>;
+/// What is done with a picture.
+pub type WithPixels = Box<dyn FnOnce(Pixels)>;
+
+/// What is asked from outside.
+pub type Asked = Rc<RefCell<Vec<Ask>>>;
+
+/// What a viewer shares with what is outside.
+pub type Shared = (Asked, Rc<RefCell<Status>>);
+
+/// What is known outside.
+#[derive(Debug, Default)]
+pub struct Status {
+    /// What wakes the viewer.
+    pub context: Option<egui::Context>,
+    /// Whether something is being loaded.
+    pub loading: bool,
+    /// Pictures drawn.
+    pub pictures: u64,
+    /// The moment that is shown.
+    pub time: f64,
+    /// The hash of a link to what is shown.
+    pub link: String,
+    /// Errors that were said.
+    pub errors: Vec<String>,
+    /// What else was said.
+    pub notes: Vec<String>,
+}
+
+impl Status {
+    /// As JSON.
+    pub fn json(&self) -> String {
+        let Self { loading, pictures, time, errors, notes, .. } = self;
+        serde_json::json!({
+            "loading": loading, "pictures": pictures, "time": time, "errors": errors, "notes": notes,
+        })
+        .to_string()
+    }
+}
 
 /// The viewer.
 pub struct Viewer {
@@ -117,14 +157,15 @@ pub struct Viewer {
     /// Address of the page, before the hash of links; empty in a window.
     pub(crate) page: String,
     /// What was saved, or why not.
-    said: Arc<Mutex<Vec<Result<String, String>>>>,
+    said: Rc<RefCell<Vec<Result<String, String>>>>,
     /// Pixels of the picture for each of the window's.
     pub(crate) scale: f32,
     pub(crate) panel: bool,
     pub(crate) help: bool,
     pub(crate) path_box: Option<String>,
     asked: Asked,
-    screenshot: Vec<Box<dyn FnOnce(Pixels) + Send>>,
+    status: Rc<RefCell<Status>>,
+    screenshot: Vec<WithPixels>,
     /// The view and the moment of the last picture.
     drawn: Option<(View, f64, (u32, u32))>,
     watched: Vec<(String, Option<std::time::SystemTime>)>,
@@ -133,7 +174,8 @@ pub struct Viewer {
     timings: bool,
     started: web_time::Instant,
     first: Option<Duration>,
-    pub(crate) hover: Option<String>,
+    /// Where the pointer was when its leaf was looked for, and that leaf in words.
+    pub(crate) hover: Option<(egui::Pos2, Option<String>)>,
 }
 
 /// Where the camera goes when a world has come.
@@ -156,11 +198,18 @@ impl Viewer {
     pub fn new(
         context: &eframe::CreationContext<'_>,
         start: Start,
-        asked: Asked,
+        shared: Shared,
         started: web_time::Instant,
     ) -> Result<Self, String> {
         let render = context.wgpu_render_state.as_ref().ok_or("the window is not wgpu's")?;
         ui::style(&context.egui_ctx);
+        let mut viewer = Self::waiting(start, shared, started);
+        viewer.load(render, &context.egui_ctx);
+        Ok(viewer)
+    }
+
+    /// A viewer that does not load yet.
+    pub fn waiting(start: Start, (asked, status): Shared, started: web_time::Instant) -> Self {
         let scene = &start.settings.scene;
         let mut clock = Clock::new(scene.time, scene.frames.1, scene.fps);
         clock.playing = start.playing;
@@ -190,12 +239,13 @@ impl Viewer {
             reload: false,
             recording: false,
             page: crate::page_address(),
-            said: Arc::default(),
+            said: Rc::default(),
             scale: start.scale,
             panel: start.panel,
             help: false,
             path_box: None,
             asked,
+            status,
             screenshot: Vec::new(),
             drawn: None,
             watched: Vec::new(),
@@ -210,8 +260,7 @@ impl Viewer {
         for file in start.open {
             viewer.open(&file, None);
         }
-        viewer.load(render, &context.egui_ctx);
-        Ok(viewer)
+        viewer
     }
 
     /// Says something to the user.
@@ -221,6 +270,9 @@ impl Viewer {
         if error {
             tracing::warn!("{text}");
         }
+        let mut status = self.status.borrow_mut();
+        if error { &mut status.errors } else { &mut status.notes }.push(text.clone());
+        drop(status);
         self.lines.push(Line { error, text });
         if self.lines.len() > 100 {
             self.lines.remove(0);
@@ -289,7 +341,7 @@ impl Viewer {
 
     /// What was asked from outside since the last frame.
     fn answer(&mut self) {
-        let asked = std::mem::take(&mut *self.asked.lock().unwrap_or_else(PoisonError::into_inner));
+        let asked = std::mem::take(&mut *self.asked.borrow_mut());
         for ask in asked {
             match ask {
                 Ask::Link(hash) => self.follow(&hash),
@@ -318,7 +370,10 @@ impl eframe::App for Viewer {
         }
         self.clock.advance(f64::from(ui.input(|i| i.unstable_dt)));
         ui::show(self, ui, &render);
-        self.changed(&before, &render, ui.ctx());
+        let holding = ui.input(|input| input.pointer.any_down());
+        if self.changed(&before, holding) {
+            self.load(&render, ui.ctx());
+        }
         self.watch(ui.input(|i| i.time));
         self.finish(&render, ui.ctx());
     }
@@ -352,6 +407,7 @@ impl Viewer {
             self.report("last picture");
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
+        self.publish(context);
         let waiting = self.job.is_some() || self.is_busy() || !self.screenshot.is_empty();
         if self.clock.playing || self.frames.is_some() || self.world.is_none() {
             context.request_repaint();
@@ -361,6 +417,15 @@ impl Viewer {
             // For files that change on disk, and for what is asked from outside.
             context.request_repaint_after(Duration::from_millis(500));
         }
+    }
+
+    fn publish(&self, context: &egui::Context) {
+        let mut status = self.status.borrow_mut();
+        status.context.get_or_insert_with(|| context.clone());
+        status.loading = self.job.is_some() || self.picture.is_none();
+        status.pictures = self.picture.as_ref().map_or(0, |picture| picture.frames);
+        status.time = self.clock.time;
+        status.link = self.link();
     }
 
     fn is_busy(&self) -> bool {

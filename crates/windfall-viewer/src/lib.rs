@@ -18,6 +18,7 @@ pub mod input;
 pub mod load;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod native;
+pub mod pick;
 pub mod picture;
 pub mod state;
 pub mod statistics;
@@ -31,4 +32,22 @@ fn page_address() -> String {
     return web::address();
     #[cfg(not(target_arch = "wasm32"))]
     String::new()
+}
+
+/// What to ask an adapter for. One that cannot draw a forest is asked for the same; it says what it lacks.
+fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let (features, limits) = match windfall_gpu::Requirements::of(adapter) {
+        Ok(windfall_gpu::Requirements { features, limits, .. }) => (features, limits),
+        Err(_) => (wgpu::Features::empty(), wgpu::Limits::default()),
+    };
+    #[cfg(not(target_arch = "wasm32"))]
+    let timers = windfall_gpu::wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
+    #[cfg(target_arch = "wasm32")]
+    let timers = wgpu::Features::empty();
+    wgpu::DeviceDescriptor {
+        label: Some("windfall"),
+        required_features: features | timers & adapter.features(),
+        required_limits: limits,
+        ..Default::default()
+    }
 }

@@ -26,6 +26,8 @@ pub struct World {
     pub sky: Option<SkyMap>,
     /// What there is to say about the files.
     pub notes: Vec<Note>,
+    /// Leaves that have been thrown, of the scene's events.
+    pub thrown: usize,
 }
 
 /// What a world is to be made of.
@@ -187,7 +189,8 @@ impl Working {
             return Ok(None);
         }
         let planted = stage.plant(device, models).map_err(text)?;
-        Ok(Some(World { stage: Arc::new(stage), planted, keys, sky, notes }))
+        let thrown = stage.events.len();
+        Ok(Some(World { stage: Arc::new(stage), planted, keys, sky, notes, thrown }))
     }
 
     fn known(&self, key: &str) -> Option<(Tree, TreeModel)> {
@@ -293,5 +296,11 @@ pub fn change(world: &mut World, settings: &Settings) -> Result<(), String> {
     if falls.shedding != forest.falls().shedding {
         forest.set_shedding(falls.shedding);
     }
+    for event in &scene.events[world.thrown.min(scene.events.len())..] {
+        let tree = world.planted.trees.get(event.tree as usize);
+        let tree = tree.ok_or_else(|| format!("there is no tree {}", event.tree))?;
+        forest.throw(*tree, event.leaf, event.time).map_err(text)?;
+    }
+    world.thrown = scene.events.len();
     Ok(())
 }

@@ -1,11 +1,10 @@
 //! The window.
 
-use crate::app::{Asked, Start, Viewer};
+use crate::app::{Start, Viewer};
 use anyhow::{Context, anyhow, bail};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use std::path::Path;
 use std::sync::Arc;
-use windfall_gpu::Requirements;
 
 /// Opens the window; returns once it is closed.
 ///
@@ -28,7 +27,7 @@ pub fn run(start: Start, size: (f32, f32)) -> anyhow::Result<()> {
         ..Default::default()
     };
     let make = move |context: &eframe::CreationContext<'_>| {
-        let viewer = Viewer::new(context, start, Asked::default(), started)?;
+        let viewer = Viewer::new(context, start, Default::default(), started)?;
         Ok(Box::new(viewer) as Box<dyn eframe::App>)
     };
     eframe::run_native("windfall", options, Box::new(make))
@@ -51,25 +50,10 @@ fn configuration() -> WgpuConfiguration {
             ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
         },
         power_preference: wgpu::PowerPreference::HighPerformance,
-        device_descriptor: Arc::new(device),
+        device_descriptor: Arc::new(crate::device),
         ..WgpuSetupCreateNew::without_display_handle()
     };
     WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
-}
-
-/// What to ask an adapter for. One that cannot draw a forest is asked for the same; it says what it lacks.
-pub(crate) fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
-    let (features, limits) = match Requirements::of(adapter) {
-        Ok(Requirements { features, limits, .. }) => (features, limits),
-        Err(_) => (wgpu::Features::empty(), wgpu::Limits::default()),
-    };
-    let timers = windfall_gpu::wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
-    wgpu::DeviceDescriptor {
-        label: Some("windfall"),
-        required_features: features | timers & adapter.features(),
-        required_limits: limits,
-        ..Default::default()
-    }
 }
 
 /// What the command line names: the first scene or link is shown, other files are opened beside it.

@@ -4,7 +4,10 @@ use super::Viewer;
 use crate::state::camera::Mode;
 use eframe::egui_wgpu::RenderState;
 use windfall_core::forest::Terrain;
+use crate::pick::{self, Hit, Ray};
+use windfall_core::path::Phase;
 use windfall_gpu::{Camera, View};
+use windfall_scenes::EventEntry;
 
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.1;
@@ -44,6 +47,36 @@ impl Viewer {
         match drawn {
             Ok(()) => self.statistics.drew(),
             Err(error) => self.say(true, error),
+        }
+    }
+
+    /// The leaf at a place in the picture: parts of its width and height, from the upper left.
+    pub(crate) fn leaf_at(&self, place: (f32, f32), (width, height): (u32, u32)) -> Option<Hit> {
+        let world = self.world.as_ref()?;
+        let forward = self.rig.forward();
+        let right = forward.cross(glam::DVec3::Y).normalize();
+        let half = (f64::from(self.rig.fov).to_radians() / 2.0).tan();
+        let aspect = f64::from(width) / f64::from(height.max(1));
+        let x = (2.0 * f64::from(place.0) - 1.0) * half * aspect;
+        let y = (1.0 - 2.0 * f64::from(place.1)) * half;
+        let along = (forward + right * x + right.cross(forward) * y).normalize();
+        let pixel = 2.0 * half / f64::from(height.max(1));
+        let ray = Ray { eye: self.rig.eye, along, pixel };
+        let events = &self.settings.scene.events;
+        pick::leaf(&world.stage, world.planted.forest.falls(), events, self.clock.time, &ray)
+    }
+
+    /// What is under the pointer, in words.
+    pub(crate) fn describe(&self, hit: &Hit) -> Option<String> {
+        Some(pick::text(&self.world.as_ref()?.stage, hit, self.clock.time))
+    }
+
+    /// Throws the leaf, if it hangs.
+    pub(crate) fn throw(&mut self, hit: &Hit) {
+        if hit.phase == Phase::Hanging {
+            let (tree, leaf) = (hit.tree as u32, hit.leaf);
+            self.settings.scene.events.push(EventEntry { tree, leaf, time: self.clock.time });
+            self.say(false, format!("leaf {leaf} of tree {tree} falls"));
         }
     }
 }

@@ -130,14 +130,9 @@ impl Viewer {
         }
     }
 
-    /// Brings the world to what the settings have become in this frame.
-    pub(super) fn changed(
-        &mut self,
-        before: &Settings,
-        render: &RenderState,
-        context: &egui::Context,
-    ) {
-        let holding = context.input(|input| input.pointer.any_down());
+    /// Brings the world to what the settings have become in this frame, while a button of the mouse is `holding` a
+    /// slider or not; whether it has to be made anew.
+    pub(crate) fn changed(&mut self, before: &Settings, holding: bool) -> bool {
         if self.settings != *before && !std::mem::take(&mut self.undoing) {
             self.history.changed(before);
         }
@@ -145,21 +140,20 @@ impl Viewer {
             self.history.settle();
         }
         if self.settings == self.applied && !self.reload {
-            return;
+            return false;
         }
         if let Err(error) = self.settings.scene.check("settings") {
             self.say(true, error.to_string());
             self.settings = before.clone();
-            return;
+            return false;
         }
         let work = if self.reload { Work::Grow } else { self.settings.work_from(&self.applied) };
         match work {
             Work::Draw | Work::Change => {
                 self.applied = self.settings.clone();
-                if self.job.is_some() {
-                    return;
-                }
-                if let Some(world) = &mut self.world {
+                if self.job.is_none()
+                    && let Some(world) = &mut self.world
+                {
                     let changed = change(world, &self.settings);
                     self.good = Some((self.settings.clone(), self.files.clone()));
                     self.drawn = None;
@@ -172,8 +166,9 @@ impl Viewer {
             Work::Plant | Work::Grow if holding => {}
             Work::Plant | Work::Grow => {
                 self.reload = false;
-                self.load(render, context);
+                return true;
             }
         }
+        false
     }
 }

@@ -4,7 +4,6 @@ use super::{Framing, Viewer};
 use crate::picture::Pixels;
 use crate::state::camera::Mode;
 use crate::state::{command, link};
-use std::sync::PoisonError;
 use windfall_scenes::{CameraKey, Scene, SheddingEntry};
 
 impl Viewer {
@@ -76,19 +75,19 @@ impl Viewer {
         let said = self.said.clone();
         self.screenshot.push(Box::new(move |pixels: Pixels| {
             let saved = png(&pixels).and_then(|bytes| give("windfall", "png", "image/png", &bytes));
-            said.lock().unwrap_or_else(PoisonError::into_inner).push(saved);
+            said.borrow_mut().push(saved);
         }));
     }
 
     /// Saves the scene.
     pub(crate) fn save_scene(&mut self) {
         let saved = give("scene", "ron", "text/plain", self.scene().to_ron().as_bytes());
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).push(saved);
+        self.said.borrow_mut().push(saved);
     }
 
     /// What was saved since the last frame.
     pub(super) fn heed(&mut self) {
-        let said = std::mem::take(&mut *self.said.lock().unwrap_or_else(PoisonError::into_inner));
+        let said = self.said.take();
         for result in said {
             match result {
                 Ok(name) => self.say(false, format!("saved {name}")),

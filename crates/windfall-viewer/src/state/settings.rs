@@ -66,12 +66,16 @@ impl Settings {
             (
                 (s.count, s.spacing, s.scale, s.season_spread, s.keep_out.clone(), ground, weights),
                 (s.strategy, s.elimination, s.elimination_per_frame, s.leaf_occlusion),
-                (s.loose_leaves, s.variation, s.fall, s.paths.clone(), s.events.clone()),
+                (s.loose_leaves, s.variation, s.fall, s.paths.clone()),
                 s.shedding.is_some(),
             )
         };
-        if planted(a) != planted(b) {
+        // Leaves are thrown at a running forest, and not caught again.
+        if planted(a) != planted(b) || !b.events.starts_with(&a.events) {
             return Work::Plant;
+        }
+        if a.events != b.events {
+            return Work::Change;
         }
         let changed = |s: &Self| (s.scene.season, s.scene.wind, s.scene.shedding, s.throw_rate);
         if changed(before) == changed(self) { Work::Draw } else { Work::Change }
@@ -144,6 +148,11 @@ mod tests {
         assert_eq!(after(&|s| s.scene.trees[0].weight = 9.0), Work::Plant);
         assert_eq!(after(&|s| s.scene.shedding = None), Work::Plant);
         assert_eq!(after(&|s| s.scene.seed = 9), Work::Grow);
+        let event = windfall_scenes::EventEntry { tree: 0, leaf: 1, time: 2.0 };
+        assert_eq!(after(&|s| s.scene.events = vec![event]), Work::Change);
+        let mut thrown = base.clone();
+        thrown.scene.events = vec![event];
+        assert_eq!(base.work_from(&thrown), Work::Plant);
         assert_eq!(after(&|s| s.scene.trees[0].height = Some(9.0)), Work::Grow);
     }
 

@@ -5,6 +5,8 @@ mod help;
 mod panel;
 mod plots;
 mod report;
+#[cfg(test)]
+mod tests;
 mod timeline;
 mod values;
 
@@ -83,10 +85,34 @@ fn forest(viewer: &mut Viewer, ui: &mut Ui, render: &RenderState) {
     }
     loading(viewer, ui, rect);
     lines(viewer, ui, rect);
-    if let Some(text) = &viewer.hover
-        && response.hovered()
+    leaves(viewer, &response, size);
+}
+
+/// The leaf under the pointer: in words, and thrown where it is clicked.
+fn leaves(viewer: &mut Viewer, response: &egui::Response, size: (u32, u32)) {
+    let rect = response.rect;
+    let place = |at: egui::Pos2| {
+        let at = (at - rect.min) / rect.size();
+        (at.x, at.y)
+    };
+    if response.clicked()
+        && let Some(at) = response.interact_pointer_pos()
+        && let Some(hit) = viewer.leaf_at(place(at), size)
     {
-        response.on_hover_text_at_pointer(text);
+        viewer.throw(&hit);
+    }
+    let still = response.ctx.input(|input| input.pointer.time_since_last_movement() > 0.3);
+    let Some(at) = response.hover_pos().filter(|_| still && !response.dragged()) else {
+        viewer.hover = None;
+        return;
+    };
+    // Looked for once where the pointer rests.
+    if viewer.hover.as_ref().is_none_or(|(known, _)| *known != at) {
+        let hit = viewer.leaf_at(place(at), size);
+        viewer.hover = Some((at, hit.and_then(|hit| viewer.describe(&hit))));
+    }
+    if let Some((_, Some(text))) = &viewer.hover {
+        response.clone().on_hover_text_at_pointer(text);
     }
 }
 

@@ -26,12 +26,12 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
         if ui.button("Open…").clicked() {
             viewer.path_box = Some(String::new());
         }
-        let undo = ui.add_enabled(viewer.history.can_undo(), egui::Button::new("↶"));
-        if undo.on_hover_text("undo").clicked() {
+        let undo = ui.add_enabled(viewer.history.can_undo(), egui::Button::new("Undo"));
+        if undo.on_hover_text("Ctrl+Z").clicked() {
             viewer.act(crate::input::Action::Undo);
         }
-        let redo = ui.add_enabled(viewer.history.can_redo(), egui::Button::new("↷"));
-        if redo.on_hover_text("redo").clicked() {
+        let redo = ui.add_enabled(viewer.history.can_redo(), egui::Button::new("Redo"));
+        if redo.on_hover_text("Ctrl+Shift+Z").clicked() {
             viewer.act(crate::input::Action::Redo);
         }
     });
