@@ -56,7 +56,9 @@ fn answer(stream: TcpStream, folder: &Path) -> std::io::Result<()> {
             Ok(body) => ("200 OK", kind(&path), body),
             Err(_) => ("404 Not Found", "text/plain", b"There is no such file.\n".to_vec()),
         },
-        ("GET" | "HEAD", None) => ("404 Not Found", "text/plain", b"There is no such file.\n".to_vec()),
+        ("GET" | "HEAD", None) => {
+            ("404 Not Found", "text/plain", b"There is no such file.\n".to_vec())
+        }
         _ => ("405 Method Not Allowed", "text/plain", b"GET and HEAD alone.\n".to_vec()),
     };
     let mut stream = stream;
@@ -103,7 +105,9 @@ mod tests {
         let folder = Path::new("dist");
         assert_eq!(file(folder, "/"), Some("dist/index.html".into()));
         assert_eq!(file(folder, "/a.wasm?x=1"), Some("dist/a.wasm".into()));
-        for outside in ["/../Cargo.toml", "/a/../../b", "//etc/passwd", "/%2e%2e/b", "x", "", "/C:/x"] {
+        for outside in
+            ["/../Cargo.toml", "/a/../../b", "//etc/passwd", "/%2e%2e/b", "x", "", "/C:/x"]
+        {
             assert_eq!(file(folder, outside), None, "{outside}");
         }
     }

@@ -399,7 +399,9 @@ impl Viewer {
             }
         }
         let drawn = self.picture.as_ref().map_or(0, |picture| picture.frames);
-        if self.first.is_none() && drawn > 0 && self.job.is_none() && !self.is_busy() {
+        // The second is begun when the first is done.
+        let done = drawn > 1 || drawn == 1 && !self.is_busy();
+        if self.first.is_none() && done {
             self.first = Some(self.started.elapsed());
             self.report("first picture");
         }

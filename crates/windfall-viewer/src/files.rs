@@ -63,6 +63,11 @@ impl Files {
         Ok(bytes.into())
     }
 
+    /// What tells a dropped file from an older one of the same name.
+    pub fn version(&self, name: &str) -> Option<*const u8> {
+        self.dropped.get(name).map(|bytes| bytes.as_ptr())
+    }
+
     /// When a file was last written to.
     pub fn modified(&self, name: &str) -> Option<SystemTime> {
         if cfg!(target_arch = "wasm32") || self.dropped.contains_key(name) {

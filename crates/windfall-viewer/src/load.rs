@@ -9,7 +9,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use windfall_core::Note;
 use windfall_core::tree::Tree;
 use windfall_gpu::{Options, Renderer, SkyMap, TreeModel};
-use windfall_scenes::{PathEntry, PlantedStage, Scene, Source, Stage, TimeUnit, TreeEntry};
+use windfall_scenes::{Model, PathEntry, PlantedStage, Scene, Stage, TimeUnit};
+use windfall_tree::Import;
 
 /// The picture's format: egui reads it as it is, see `picture.rs`.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -58,6 +59,13 @@ pub struct Before {
     pub keys: Vec<String>,
 }
 
+impl Before {
+    /// Where it has a model of this key.
+    fn place(&self, key: &str) -> Option<usize> {
+        self.keys.iter().position(|known| known == key)
+    }
+}
+
 /// What a job says while it runs.
 pub enum Message {
     /// The renderer.
@@ -89,7 +97,8 @@ impl Drop for Job {
 pub fn start(request: Request) -> Job {
     let (sender, messages) = channel();
     let cancelled = Arc::new(AtomicBool::new(false));
-    let job = Job { messages, settings: request.settings.clone(), cancelled: Arc::clone(&cancelled) };
+    let job =
+        Job { messages, settings: request.settings.clone(), cancelled: Arc::clone(&cancelled) };
     let work = Working { request, sender, cancelled };
     #[cfg(not(target_arch = "wasm32"))]
     {
@@ -135,44 +144,18 @@ impl Working {
     async fn world(&self) -> Result<Option<World>, String> {
         let Request { settings, files, device, queue, .. } = &self.request;
         let scene = &settings.scene;
-        if self.request.renderer {
-            self.say(Message::Progress("shaders".to_owned(), 0, 1));
-            if !self.breathe().await {
-                return Ok(None);
-            }
-            let renderer = Renderer::new(device, &Options::picture(FORMAT)).map_err(text)?;
-            self.say(Message::Renderer(Box::new(renderer)));
-        }
+        let wanted = scene.models();
+        let keys: Vec<String> = wanted.iter().map(|model| key(model, files)).collect();
+        let mut trees: Vec<Option<Tree>> = keys.iter().map(|key| self.known(key)).collect();
+        let missing: Vec<usize> = (0..keys.len()).filter(|i| trees[*i].is_none()).collect();
+        let sources: Vec<&Model<'_>> = missing.iter().map(|i| &wanted[*i]).collect();
+        let Some(loaded) = self.load(&sources).await? else { return Ok(None) };
         let mut notes = Vec::new();
-        let (mut trees, mut models, mut keys) = (Vec::new(), Vec::new(), Vec::new());
-        let total: u32 = scene.trees.iter().map(TreeEntry::models).sum();
-        for (i, entry) in scene.trees.iter().enumerate() {
-            for variant in 0..entry.models() {
-                let what = match &entry.source {
-                    Source::Species(name) | Source::File(name) => name.clone(),
-                };
-                self.say(Message::Progress(what, trees.len(), total as usize));
-                if !self.breathe().await {
-                    return Ok(None);
-                }
-                let key = key(scene, files, i, variant);
-                let (tree, model) = match self.known(&key) {
-                    Some(known) => known,
-                    None => {
-                        let read = |name: &str, entry: &TreeEntry| {
-                            read_tree(files, name, entry, &mut notes)
-                        };
-                        let tree = scene.model(i, variant, read)?;
-                        let model = TreeModel::new(device, queue, &tree).map_err(text)?;
-                        (tree, model)
-                    }
-                };
-                trees.push(tree);
-                models.push(model);
-                keys.push(key);
-            }
+        for (i, Import { tree, notes: of_tree, .. }) in missing.into_iter().zip(loaded) {
+            trees[i] = Some(tree);
+            notes.extend(of_tree);
         }
-        let mut stage = scene.place(trees);
+        let mut stage = scene.place(trees.into_iter().flatten().collect());
         stage.check(&settings.name).map_err(text)?;
         notes.extend(fall_by(scene, files, &mut stage)?);
         if let Some(rate) = settings.throw_rate {
@@ -185,18 +168,115 @@ impl Working {
                 Some(SkyMap::new(device, queue, &picture.map_err(|e| format!("{e:#}"))?))
             }
         };
-        if !self.breathe().await {
-            return Ok(None);
+        let mut models = Vec::new();
+        for (i, tree) in stage.trees.iter().enumerate() {
+            self.say(Message::Progress("onto the GPU".to_owned(), i, stage.trees.len()));
+            if !self.breathe().await {
+                return Ok(None);
+            }
+            let known = self.request.before.as_ref().and_then(|before| {
+                let at = before.place(&keys[i])?;
+                (before.stage.trees[at].foliage.palette == tree.foliage.palette)
+                    .then(|| before.models[at].clone())
+            });
+            models.push(match known {
+                Some(model) => model,
+                None => TreeModel::new(device, queue, tree).map_err(text)?,
+            });
         }
         let planted = stage.plant(device, models).map_err(text)?;
         let thrown = stage.events.len();
         Ok(Some(World { stage: Arc::new(stage), planted, keys, sky, notes, thrown }))
     }
 
-    fn known(&self, key: &str) -> Option<(Tree, TreeModel)> {
+    fn known(&self, key: &str) -> Option<Tree> {
         let before = self.request.before.as_ref()?;
-        let at = before.keys.iter().position(|known| known == key)?;
-        Some((before.stage.trees.get(at)?.clone(), before.models.get(at)?.clone()))
+        before.stage.trees.get(before.place(key)?).cloned()
+    }
+
+    fn make_renderer(&self) -> Result<(), String> {
+        if self.request.renderer {
+            let device = &self.request.device;
+            let renderer = Renderer::new(device, &Options::picture(FORMAT)).map_err(text)?;
+            self.say(Message::Renderer(Box::new(renderer)));
+        }
+        Ok(())
+    }
+
+    /// Makes the renderer if it is wanted, and models; `None` if it was cancelled.
+    #[cfg(not(target_arch = "wasm32"))]
+    #[expect(clippy::unused_async, reason = "browsers wait")]
+    async fn load(&self, models: &[&Model<'_>]) -> Result<Option<Vec<Import>>, String> {
+        use std::ops::ControlFlow;
+        use windfall_host::tree::{TreeSource, load_all};
+        let folder = &self.request.files.folder;
+        let source = |model: &&Model<'_>| match model {
+            Model::Species { species, seed, options } => {
+                TreeSource::Species { species: *species, seed: *seed, options: *options }
+            }
+            Model::File { file, options } => {
+                TreeSource::File { path: folder.join(file), options: options.clone() }
+            }
+        };
+        let sources: Vec<TreeSource> = models.iter().map(source).collect();
+        let begun = std::sync::Mutex::new(std::collections::BTreeSet::new());
+        let watch = |i: usize, step: windfall_tree::prepare::Stage| {
+            let mut begun = begun.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            begun.insert(i);
+            let what = format!("{}: {}", name(models[i]), step.name());
+            let _ = self.sender.send(Message::Progress(what, begun.len() - 1, models.len()));
+            (self.request.wake)();
+            if self.cancelled.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let cache = windfall_host::cache::TreeCache::of_user();
+        // Shaders are compiled while trees are read.
+        let (loaded, made) = std::thread::scope(|scope| {
+            let trees = scope.spawn(|| load_all(&sources, cache.as_ref(), &watch));
+            let made = self.make_renderer();
+            (trees.join(), made)
+        });
+        made?;
+        let loaded = loaded.map_err(|_| "loading stopped; there may be too little memory")?;
+        loaded.map_err(|error| format!("{error:#}"))
+    }
+
+    /// Makes the renderer if it is wanted, and models; `None` if it was cancelled.
+    #[cfg(target_arch = "wasm32")]
+    async fn load(&self, models: &[&Model<'_>]) -> Result<Option<Vec<Import>>, String> {
+        self.say(Message::Progress("shaders".to_owned(), 0, models.len()));
+        if !self.breathe().await {
+            return Ok(None);
+        }
+        self.make_renderer()?;
+        let files = &self.request.files;
+        let mut trees = Vec::new();
+        for model in models {
+            self.say(Message::Progress(name(model).to_owned(), trees.len(), models.len()));
+            if !self.breathe().await {
+                return Ok(None);
+            }
+            trees.push(match model {
+                Model::Species { species, seed, options } => species.grow_as(*seed, options).into(),
+                Model::File { file, options } => {
+                    let mut resolve = |uri: &str| files.beside(file, uri);
+                    windfall_tree::import(&files.read(file)?, file, options, &mut resolve)
+                        .map_err(text)?
+                }
+            });
+        }
+        Ok(Some(trees))
+    }
+}
+
+/// A model in a word.
+fn name<'a>(model: &'a Model<'_>) -> &'a str {
+    match model {
+        Model::Species { species, .. } => species.name(),
+        Model::File { file, .. } => file.rsplit(['/', '\\']).next().unwrap_or(file),
     }
 }
 
@@ -205,28 +285,12 @@ fn text(error: impl std::fmt::Display) -> String {
 }
 
 /// What a model is made of, as a text that equals that of an equal model.
-fn key(scene: &Scene, files: &Files, entry: usize, variant: u32) -> String {
-    let mut of = scene.trees[entry].clone();
-    (of.weight, of.variants) = (1.0, 1);
-    let written = match &of.source {
-        Source::File(name) => files.modified(name),
-        Source::Species(_) => None,
+fn key(model: &Model<'_>, files: &Files) -> String {
+    let written = match model {
+        Model::File { file, .. } => Some((files.modified(file), files.version(file))),
+        Model::Species { .. } => None,
     };
-    format!("{of:?} {entry} {variant} {} {:?} {written:?}", scene.seed, scene.prune_order)
-}
-
-fn read_tree(
-    files: &Files,
-    name: &str,
-    entry: &TreeEntry,
-    notes: &mut Vec<Note>,
-) -> Result<Tree, String> {
-    let bytes = files.read(name)?;
-    let mut resolve = |uri: &str| files.beside(name, uri);
-    let read = windfall_tree::import(&bytes, name, &entry.import_options(), &mut resolve);
-    let read = read.map_err(text)?;
-    notes.extend(read.notes);
-    Ok(read.tree)
+    format!("{model:?} {written:?}")
 }
 
 /// Reads the paths of a scene, and lets the leaves of its stage fall by them.

@@ -14,7 +14,9 @@ use std::sync::Arc;
 pub fn run(start: Start, size: (f32, f32)) -> anyhow::Result<()> {
     let started = web_time::Instant::now();
     if !has_display() {
-        bail!("there is no display to open a window on; `windfall render` draws pictures without one");
+        bail!(
+            "there is no display to open a window on; `windfall render` draws pictures without one"
+        );
     }
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
@@ -86,7 +88,8 @@ pub fn start(names: &[String]) -> anyhow::Result<Start> {
             bail!("{name}: a second scene; one is shown");
         }
     }
-    let default = || crate::state::settings::Settings::named(windfall_scenes::NAMES[0]).map(Start::new);
+    let default =
+        || crate::state::settings::Settings::named(windfall_scenes::NAMES[0]).map(Start::new);
     let start = start.or_else(default).context("a default scene")?;
     Ok(Start { open, ..start })
 }

@@ -63,7 +63,8 @@ pub fn leaf(
         let radius = 0.5 * (high - low).length() * instance.scale + 8.0;
         let ahead = (middle - eye).dot(along);
         let aside = (middle - eye - along * ahead).length();
-        if aside > radius || ahead < -radius || nearest.is_some_and(|n| ahead - radius > n.distance) {
+        if aside > radius || ahead < -radius || nearest.is_some_and(|n| ahead - radius > n.distance)
+        {
             continue;
         }
         let shed = falls.shedding.tree(instance, foliage.leaves.len() as u32, &falls.wind);

@@ -4,9 +4,7 @@ use crate::load::{FORMAT, World};
 use eframe::egui_wgpu::RenderState;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use windfall_gpu::{
-    Capture, Light, PictureTargets, Recording, Renderer, Timing, View, ViewState,
-};
+use windfall_gpu::{Capture, Light, PictureTargets, Recording, Renderer, Timing, View, ViewState};
 use windfall_scenes::{StageCounts, StageReadback};
 
 /// Textures of one size.

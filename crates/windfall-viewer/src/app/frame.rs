@@ -1,10 +1,10 @@
 //! One picture of the forest in the window: camera, view, drawing.
 
 use super::Viewer;
+use crate::pick::{self, Hit, Ray};
 use crate::state::camera::Mode;
 use eframe::egui_wgpu::RenderState;
 use windfall_core::forest::Terrain;
-use crate::pick::{self, Hit, Ray};
 use windfall_core::path::Phase;
 use windfall_gpu::{Camera, View};
 use windfall_scenes::EventEntry;

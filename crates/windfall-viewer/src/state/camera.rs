@@ -161,8 +161,7 @@ impl Rig {
                 self.turn(hands.turn);
                 let flying = self.mode == Mode::Fly;
                 let (sin, cos) = self.yaw.sin_cos();
-                let ahead =
-                    if flying { self.forward() } else { DVec3::new(sin, 0.0, -cos) };
+                let ahead = if flying { self.forward() } else { DVec3::new(sin, 0.0, -cos) };
                 let right = DVec3::new(cos, 0.0, sin);
                 let along = hands.step.z + hands.zoom * 4.0;
                 let mut moved = right * hands.step.x + ahead * along;
@@ -206,12 +205,8 @@ mod tests {
     #[test]
     fn a_key_comes_back_on_hills() {
         let hills = |x: f64, z: f64| 0.1 * x - 0.05 * z;
-        let key = CameraKey {
-            time: 2.0,
-            eye: (3.0, 1.7, 20.0),
-            target: (-2.0, 6.0, 1.0),
-            fov: 40.0,
-        };
+        let key =
+            CameraKey { time: 2.0, eye: (3.0, 1.7, 20.0), target: (-2.0, 6.0, 1.0), fov: 40.0 };
         let back = Rig::of_key(&key, hills).key(2.0, hills);
         for (a, b) in [(back.eye, key.eye), (back.target, key.target)] {
             assert!(DVec3::from(a).distance(DVec3::from(b)) < 1e-9, "{a:?} {b:?}");

@@ -85,7 +85,8 @@ pub fn read(hash: &str) -> Result<(Settings, Shot), LinkError> {
             (unescape(key), unescape(value))
         })
         .collect();
-    let name = pairs.iter().find(|(key, _)| key == "scene").map_or(windfall_scenes::NAMES[0], |p| &p.1);
+    let name =
+        pairs.iter().find(|(key, _)| key == "scene").map_or(windfall_scenes::NAMES[0], |p| &p.1);
     let mut settings = Settings::named(name).ok_or_else(|| LinkError::Scene(name.to_owned()))?;
     let mut scene = json(&settings.scene);
     let mut camera = None;
@@ -115,7 +116,9 @@ pub fn read(hash: &str) -> Result<(Settings, Shot), LinkError> {
     let scene: Scene = serde_json::from_value(scene)
         .map_err(|e| LinkError::Pair { key: "link".into(), cause: e.to_string() })?;
     let check = |scene: &Scene| {
-        scene.check("link").map_err(|e| LinkError::Pair { key: e.place.clone(), cause: e.cause.clone() })
+        scene
+            .check("link")
+            .map_err(|e| LinkError::Pair { key: e.place.clone(), cause: e.cause.clone() })
     };
     check(&scene)?;
     if let Some(key) = &mut camera {
@@ -205,7 +208,16 @@ fn escape(text: &str) -> String {
     let mut out = String::new();
     for byte in text.bytes() {
         match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b',' | b':' | b'[' | b']'
+            b'a'..=b'z'
+            | b'A'..=b'Z'
+            | b'0'..=b'9'
+            | b'-'
+            | b'.'
+            | b'_'
+            | b','
+            | b':'
+            | b'['
+            | b']'
             | b'+' => out.push(byte as char),
             _ => {
                 let _ = write!(out, "%{byte:02X}");

@@ -61,7 +61,8 @@ pub fn trees(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
             let entry = TreeEntry::new(Source::Species("oak".to_owned()));
             scene.trees.push(TreeEntry { variants: 1, ..entry });
         }
-        if scene.trees != base.trees && ui.button("⟲").on_hover_text("the scene's trees").clicked() {
+        if scene.trees != base.trees && ui.button("⟲").on_hover_text("the scene's trees").clicked()
+        {
             scene.trees.clone_from(&base.trees);
             scene.spacing = base.spacing;
         }
@@ -73,8 +74,22 @@ pub fn trees(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
         scene.spacing = (spacing > 0.0).then_some(spacing);
     }
     slider(ui, ("seed", "key of everything random"), &mut scene.seed, base.seed, 0..=9999, |s| s);
-    slider(ui, ("hills, m", "height of hills"), &mut scene.terrain.relief, base.terrain.relief, 0.0..=30.0, |s| s);
-    slider(ui, ("meadow", "0 litter, 1 grass"), &mut scene.terrain.meadow, base.terrain.meadow, 0.0..=1.0, |s| s);
+    slider(
+        ui,
+        ("hills, m", "height of hills"),
+        &mut scene.terrain.relief,
+        base.terrain.relief,
+        0.0..=30.0,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("meadow", "0 litter, 1 grass"),
+        &mut scene.terrain.meadow,
+        base.terrain.meadow,
+        0.0..=1.0,
+        |s| s,
+    );
 }
 
 pub fn season(ui: &mut Ui, settings: &mut Settings, of_base: &Settings) {
@@ -92,11 +107,34 @@ pub fn season(ui: &mut Ui, settings: &mut Settings, of_base: &Settings) {
     if let Some(shedding) = &mut scene.shedding {
         let was = base.shedding.unwrap_or_else(SheddingEntry::default);
         ui.add_enabled_ui(settings.throw_rate.is_none(), |ui| {
-            slider(ui, ("first leaf, s", "when shedding starts"), &mut shedding.start, was.start, -1000.0..=1000.0, |s| s);
+            slider(
+                ui,
+                ("first leaf, s", "when shedding starts"),
+                &mut shedding.start,
+                was.start,
+                -1000.0..=1000.0,
+                |s| s,
+            );
             let about = ("duration, s", "from a tree's first leaf to its last");
-            slider(ui, about, &mut shedding.duration, was.duration, 1.0..=10_000.0, |s| s.logarithmic(true));
-            slider(ui, ("peak", "gathers leaves in the middle"), &mut shedding.peak, was.peak, 0.0..=0.95, |s| s);
-            slider(ui, ("bursts", "gathers leaves in gusts"), &mut shedding.burst, was.burst, 0.0..=0.95, |s| s);
+            slider(ui, about, &mut shedding.duration, was.duration, 1.0..=10_000.0, |s| {
+                s.logarithmic(true)
+            });
+            slider(
+                ui,
+                ("peak", "gathers leaves in the middle"),
+                &mut shedding.peak,
+                was.peak,
+                0.0..=0.95,
+                |s| s,
+            );
+            slider(
+                ui,
+                ("bursts", "gathers leaves in gusts"),
+                &mut shedding.burst,
+                was.burst,
+                0.0..=0.95,
+                |s| s,
+            );
             let about = ("trees apart, s", "seconds by which early trees are early");
             slider(ui, about, &mut shedding.tree_spread, was.tree_spread, 0.0..=1000.0, |s| s);
         });
@@ -113,14 +151,52 @@ pub fn season(ui: &mut Ui, settings: &mut Settings, of_base: &Settings) {
     let fall = &mut scene.fall;
     ui.collapsing("How leaves fall", |ui| {
         let was = base.fall;
-        slider(ui, ("soft drop, m", "eases from the twig"), &mut fall.soft_drop, was.soft_drop, 0.0..=5.0, |s| s);
-        slider(ui, ("soft time, s", "starts from rest"), &mut fall.soft_time, was.soft_time, 0.0..=3.0, |s| s);
-        slider(ui, ("settle time, s", "eases onto the ground"), &mut fall.settle_time, was.settle_time, 0.0..=3.0, |s| s);
-        slider(ui, ("settle turn, °", "most by which it turns then"), &mut fall.settle_turn, was.settle_turn, 0.0..=360.0, |s| s);
-        slider(ui, ("wind response, s", "takes on the wind's speed"), &mut fall.wind_response, was.wind_response, 0.01..=3.0, |s| s);
+        slider(
+            ui,
+            ("soft drop, m", "eases from the twig"),
+            &mut fall.soft_drop,
+            was.soft_drop,
+            0.0..=5.0,
+            |s| s,
+        );
+        slider(
+            ui,
+            ("soft time, s", "starts from rest"),
+            &mut fall.soft_time,
+            was.soft_time,
+            0.0..=3.0,
+            |s| s,
+        );
+        slider(
+            ui,
+            ("settle time, s", "eases onto the ground"),
+            &mut fall.settle_time,
+            was.settle_time,
+            0.0..=3.0,
+            |s| s,
+        );
+        slider(
+            ui,
+            ("settle turn, °", "most by which it turns then"),
+            &mut fall.settle_turn,
+            was.settle_turn,
+            0.0..=360.0,
+            |s| s,
+        );
+        slider(
+            ui,
+            ("wind response, s", "takes on the wind's speed"),
+            &mut fall.wind_response,
+            was.wind_response,
+            0.01..=3.0,
+            |s| s,
+        );
         let names = ["hashed", "paper 2008", "paper 2007"];
-        let values = [VariationEntry::default(), VariationEntry::Paper(2008), VariationEntry::Paper(2007)];
-        let name = |v: VariationEntry| values.iter().position(|x| *x == v).map_or("own", |i| names[i]).to_owned();
+        let values =
+            [VariationEntry::default(), VariationEntry::Paper(2008), VariationEntry::Paper(2007)];
+        let name = |v: VariationEntry| {
+            values.iter().position(|x| *x == v).map_or("own", |i| names[i]).to_owned()
+        };
         choice(ui, "variation", &mut scene.variation, base.variation, &values, name);
         for path in &scene.paths {
             ui.label(format!("path: {}", path.file));
@@ -129,28 +205,77 @@ pub fn season(ui: &mut Ui, settings: &mut Settings, of_base: &Settings) {
             scene.paths.clear();
         }
     });
-    slider(ui, ("loose leaves", "most in the air and on the ground"), &mut scene.loose_leaves, base.loose_leaves, 0..=4_000_000, |s| {
-        s.logarithmic(true)
-    });
+    slider(
+        ui,
+        ("loose leaves", "most in the air and on the ground"),
+        &mut scene.loose_leaves,
+        base.loose_leaves,
+        0..=4_000_000,
+        |s| s.logarithmic(true),
+    );
 }
 
 pub fn wind(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let (wind, was) = (&mut settings.scene.wind, base.scene.wind);
     slider(ui, ("speed, m/s", "of the mean wind"), &mut wind.speed, was.speed, 0.0..=15.0, |s| s);
-    slider(ui, ("heading, °", "it blows to: 0 +X, 90 +Z"), &mut wind.heading, was.heading, -180.0..=180.0, |s| s);
-    slider(ui, ("gusts", "largest gust over the speed"), &mut wind.gustiness, was.gustiness, 0.0..=1.0, |s| s);
+    slider(
+        ui,
+        ("heading, °", "it blows to: 0 +X, 90 +Z"),
+        &mut wind.heading,
+        was.heading,
+        -180.0..=180.0,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("gusts", "largest gust over the speed"),
+        &mut wind.gustiness,
+        was.gustiness,
+        0.0..=1.0,
+        |s| s,
+    );
 }
 
 pub fn sky(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let (sky, was) = (&mut settings.scene.sky, &base.scene.sky);
     let mut hour = hour_of(sky.azimuth, sky.elevation);
-    if slider(ui, ("hour", "time of an October day in the north"), &mut hour, hour_of(was.azimuth, was.elevation), 7.0..=17.0, |s| s.max_decimals(2)) {
+    if slider(
+        ui,
+        ("hour", "time of an October day in the north"),
+        &mut hour,
+        hour_of(was.azimuth, was.elevation),
+        7.0..=17.0,
+        |s| s.max_decimals(2),
+    ) {
         (sky.azimuth, sky.elevation) = sun_at(hour);
     }
-    slider(ui, ("azimuth, °", "of the sun: 0 +Z, 90 +X"), &mut sky.azimuth, was.azimuth, 0.0..=360.0, |s| s);
-    slider(ui, ("elevation, °", "of the sun"), &mut sky.elevation, was.elevation, 0.0..=90.0, |s| s);
-    slider(ui, ("turbidity", "haze high above: 2 clear, 5 hazy"), &mut sky.turbidity, was.turbidity, 1.0..=10.0, |s| s);
-    slider(ui, ("haze, 1/m", "near the ground"), &mut sky.haze, was.haze, 0.0..=0.02, |s| s.max_decimals(4));
+    slider(
+        ui,
+        ("azimuth, °", "of the sun: 0 +Z, 90 +X"),
+        &mut sky.azimuth,
+        was.azimuth,
+        0.0..=360.0,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("elevation, °", "of the sun"),
+        &mut sky.elevation,
+        was.elevation,
+        0.0..=90.0,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("turbidity", "haze high above: 2 clear, 5 hazy"),
+        &mut sky.turbidity,
+        was.turbidity,
+        1.0..=10.0,
+        |s| s,
+    );
+    slider(ui, ("haze, 1/m", "near the ground"), &mut sky.haze, was.haze, 0.0..=0.02, |s| {
+        s.max_decimals(4)
+    });
     slider(ui, ("clouds", "share of the sky"), &mut sky.clouds, was.clouds, 0.0..=1.0, |s| s);
     slider(ui, ("exposure, stops", ""), &mut sky.exposure, was.exposure, -4.0..=4.0, |s| s);
     if let Some(picture) = &sky.picture {
@@ -172,7 +297,8 @@ fn sun_at(hour: f32) -> (f32, f32) {
     let up = latitude.sin() * declination.sin() + latitude.cos() * declination.cos() * angle.cos();
     // From the south towards the west, which is -X.
     let west = angle.sin() * declination.cos();
-    let south = angle.cos() * declination.cos() * latitude.sin() - declination.sin() * latitude.cos();
+    let south =
+        angle.cos() * declination.cos() * latitude.sin() - declination.sin() * latitude.cos();
     ((-west).atan2(south).to_degrees().rem_euclid(360.0), up.asin().to_degrees().max(0.0))
 }
 
@@ -191,25 +317,73 @@ fn hour_of(azimuth: f32, elevation: f32) -> f32 {
 
 pub fn detail(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let order = |o: PruneOrder| o.to_string();
-    choice(ui, "prune order", &mut settings.scene.prune_order, base.scene.prune_order, &PruneOrder::ALL, order);
+    choice(
+        ui,
+        "prune order",
+        &mut settings.scene.prune_order,
+        base.scene.prune_order,
+        &PruneOrder::ALL,
+        order,
+    );
     let (detail, was) = (&mut settings.scene.detail, &base.scene.detail);
-    slider(ui, ("h", "size at which half of the leaves are drawn; 0 draws all"), &mut detail.h, was.h, 0.0..=0.99, |s| s);
+    slider(
+        ui,
+        ("h", "size at which half of the leaves are drawn; 0 draws all"),
+        &mut detail.h,
+        was.h,
+        0.0..=0.99,
+        |s| s,
+    );
     match &mut detail.reduction {
         Reduction::Distance { d0 } => {
             let before = if let Reduction::Distance { d0 } = was.reduction { d0 } else { 30.0 };
-            slider(ui, ("d0, m", "distance up to which trees are in full"), d0, before, 1.0..=500.0, |s| s.logarithmic(true));
+            slider(
+                ui,
+                ("d0, m", "distance up to which trees are in full"),
+                d0,
+                before,
+                1.0..=500.0,
+                |s| s.logarithmic(true),
+            );
         }
         Reduction::ProjectedArea { b0 } => {
             let before = if let Reduction::ProjectedArea { b0 } = was.reduction { b0 } else { 1e5 };
-            slider(ui, ("b0, pixels", "size above which trees are in full"), b0, before, 100.0..=1e7, |s| s.logarithmic(true));
+            slider(
+                ui,
+                ("b0, pixels", "size above which trees are in full"),
+                b0,
+                before,
+                100.0..=1e7,
+                |s| s.logarithmic(true),
+            );
         }
     }
-    slider(ui, ("growth", "most that a leaf grows in length"), &mut detail.growth.factor, was.growth.factor, 1.0..=16.0, |s| s.logarithmic(true));
-    slider(ui, ("growth, pixels", "up to which any growth is allowed"), &mut detail.growth.pixels, was.growth.pixels, 0.0..=32.0, |s| s);
+    slider(
+        ui,
+        ("growth", "most that a leaf grows in length"),
+        &mut detail.growth.factor,
+        was.growth.factor,
+        1.0..=16.0,
+        |s| s.logarithmic(true),
+    );
+    slider(
+        ui,
+        ("growth, pixels", "up to which any growth is allowed"),
+        &mut detail.growth.pixels,
+        was.growth.pixels,
+        0.0..=32.0,
+        |s| s,
+    );
     let fade = |f: FadeBy| if f == FadeBy::Size { "size" } else { "opacity" }.to_owned();
     choice(ui, "fade by", &mut detail.fade.by, was.fade.by, &[FadeBy::Size, FadeBy::Opacity], fade);
-    let (FadeRange::Constant(range) | FadeRange::Linear(range) | FadeRange::Quadratic(range) | FadeRange::Proportional(range)) = &mut detail.fade.range;
-    let (FadeRange::Constant(before) | FadeRange::Linear(before) | FadeRange::Quadratic(before) | FadeRange::Proportional(before)) = was.fade.range;
+    let (FadeRange::Constant(range)
+    | FadeRange::Linear(range)
+    | FadeRange::Quadratic(range)
+    | FadeRange::Proportional(range)) = &mut detail.fade.range;
+    let (FadeRange::Constant(before)
+    | FadeRange::Linear(before)
+    | FadeRange::Quadratic(before)
+    | FadeRange::Proportional(before)) = was.fade.range;
     slider(ui, ("fade range", "ranks over which leaves fade"), range, before, 0.0..=1.0, |s| s);
     switch(ui, "smooth fade", &mut detail.fade.smooth, was.fade.smooth);
     switch(ui, "early fade", &mut detail.fade.early, was.fade.early);
@@ -217,16 +391,39 @@ pub fn detail(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     switch(ui, "leaves grow", &mut detail.area_preservation, was.area_preservation);
     switch(ui, "contrast of colour", &mut detail.color_contrast, was.color_contrast);
     switch(ui, "contrast of shading", &mut detail.shading_contrast, was.shading_contrast);
-    slider(ui, ("wood, pixels", "error of simplified wood"), &mut detail.wood_pixels, was.wood_pixels, 0.0..=8.0, |s| s);
-    slider(ui, ("leaf, pixels", "length below which leaves are simple"), &mut detail.leaf_pixels, was.leaf_pixels, 0.0..=40.0, |s| s);
+    slider(
+        ui,
+        ("wood, pixels", "error of simplified wood"),
+        &mut detail.wood_pixels,
+        was.wood_pixels,
+        0.0..=8.0,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("leaf, pixels", "length below which leaves are simple"),
+        &mut detail.leaf_pixels,
+        was.leaf_pixels,
+        0.0..=40.0,
+        |s| s,
+    );
 }
 
 pub fn method(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let (scene, base) = (&mut settings.scene, &base.scene);
     choice(ui, "strategy", &mut scene.strategy, base.strategy, &Strategy::ALL, |s| s.to_string());
-    choice(ui, "elimination", &mut scene.elimination, base.elimination, &Elimination::ALL, |s| s.to_string());
+    choice(ui, "elimination", &mut scene.elimination, base.elimination, &Elimination::ALL, |s| {
+        s.to_string()
+    });
     if scene.elimination == Elimination::Progressive {
-        slider(ui, ("leaves a frame", "that elimination tests"), &mut scene.elimination_per_frame, base.elimination_per_frame, 1..=1000, |s| s);
+        slider(
+            ui,
+            ("leaves a frame", "that elimination tests"),
+            &mut scene.elimination_per_frame,
+            base.elimination_per_frame,
+            1..=1000,
+            |s| s,
+        );
     }
     ui.add_enabled_ui(scene.strategy != Strategy::Compute, |ui| {
         switch(ui, "leaf occlusion", &mut scene.leaf_occlusion, base.leaf_occlusion);
@@ -236,16 +433,39 @@ pub fn method(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
 
 pub fn effects(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let before = settings.scene.quality;
-    choice(ui, "preset", &mut settings.scene.quality, base.scene.quality, &QualityPreset::ALL, |q| q.to_string());
+    choice(
+        ui,
+        "preset",
+        &mut settings.scene.quality,
+        base.scene.quality,
+        &QualityPreset::ALL,
+        |q| q.to_string(),
+    );
     if settings.scene.quality != before {
         settings.quality = settings.scene.quality.into();
     }
     let mut preset = settings.scene.quality.into();
-    for ((name, on), (_, of_preset)) in switches(&mut settings.quality).into_iter().zip(switches(&mut preset)) {
+    for ((name, on), (_, of_preset)) in
+        switches(&mut settings.quality).into_iter().zip(switches(&mut preset))
+    {
         switch(ui, name, on, *of_preset);
     }
-    slider(ui, ("shadow map", "texels a side"), &mut settings.quality.shadow_size, preset.shadow_size, 256..=2048, |s| s);
-    slider(ui, ("shadow samples", "at a pixel of the ground"), &mut settings.quality.shadow_taps, preset.shadow_taps, 1..=16, |s| s);
+    slider(
+        ui,
+        ("shadow map", "texels a side"),
+        &mut settings.quality.shadow_size,
+        preset.shadow_size,
+        256..=2048,
+        |s| s,
+    );
+    slider(
+        ui,
+        ("shadow samples", "at a pixel of the ground"),
+        &mut settings.quality.shadow_taps,
+        preset.shadow_taps,
+        1..=16,
+        |s| s,
+    );
 }
 
 pub fn view(ui: &mut Ui, settings: &mut Settings) {

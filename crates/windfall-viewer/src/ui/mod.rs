@@ -56,7 +56,11 @@ fn forest(viewer: &mut Viewer, ui: &mut Ui, render: &RenderState) {
         viewer.frame_trees();
     }
     let hands = hands(ui, &response, viewer.rig.mode);
-    let moved = crate::state::camera::Hands { elapsed: hands.elapsed, fast: hands.fast, ..Default::default() };
+    let moved = crate::state::camera::Hands {
+        elapsed: hands.elapsed,
+        fast: hands.fast,
+        ..Default::default()
+    };
     if hands != moved {
         if viewer.rig.mode == Mode::Path {
             viewer.rig.mode = Mode::Orbit;
