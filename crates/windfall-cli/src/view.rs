@@ -25,9 +25,9 @@ pub struct Args {
     /// Start with time standing still
     #[arg(long)]
     paused: bool,
-    /// Pixels of the forest's picture for each of the window's, along a side: 0.1 to 1
-    #[arg(long, value_name = "SCALE", default_value_t = 1.0)]
-    resolution: f32,
+    /// Time that a picture is to take at most while things move, milliseconds; 0 gives up nothing for it
+    #[arg(long, value_name = "MS", default_value_t = windfall_viewer::app::USUAL_BUDGET)]
+    budget: f32,
 }
 
 /// Runs `windfall view`.
@@ -37,6 +37,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     start.timings = args.timings;
     start.panel = !args.no_panel;
     start.playing = !args.paused;
-    start.scale = args.resolution.clamp(0.1, 1.0);
+    start.budget = args.budget;
     native::run(start, (args.size.0 as f32, args.size.1 as f32))
 }

@@ -4,8 +4,10 @@ mod files;
 mod frame;
 mod loading;
 mod out;
+mod pace;
 
 pub use out::png;
+pub use pace::{Purpose, USUAL as USUAL_BUDGET};
 
 use crate::files::Files;
 use crate::input::{self, Action};
@@ -20,7 +22,7 @@ use crate::ui;
 use eframe::egui_wgpu::RenderState;
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use windfall_gpu::View;
 use windfall_scenes::CameraKey;
@@ -44,8 +46,8 @@ pub struct Start {
     pub panel: bool,
     /// Whether time runs from the start.
     pub playing: bool,
-    /// Pixels of the picture for each of the window's, along a side.
-    pub scale: f32,
+    /// Time that a picture is to take at most, milliseconds; 0 gives up nothing for it.
+    pub budget: f32,
 }
 
 impl Start {
@@ -60,7 +62,7 @@ impl Start {
             timings: false,
             panel: true,
             playing: true,
-            scale: 1.0,
+            budget: USUAL_BUDGET,
         }
     }
 }
@@ -71,6 +73,8 @@ pub struct Line {
     pub error: bool,
     /// What it says.
     pub text: String,
+    /// When it was said.
+    pub at: web_time::Instant,
 }
 
 /// What somebody outside asks of the viewer: a page's JavaScript, or a test.
@@ -94,7 +98,7 @@ pub type WithPixels = Box<dyn FnOnce(Pixels)>;
 pub type Asked = Rc<RefCell<Vec<Ask>>>;
 
 /// What a viewer shares with what is outside.
-pub type Shared = (Asked, Rc<RefCell<Status>>);
+pub type Shared = (Asked, Arc<Mutex<Status>>);
 
 /// What is known outside.
 #[derive(Debug, Default)]
@@ -127,6 +131,7 @@ impl Status {
 }
 
 /// The viewer.
+#[expect(clippy::struct_excessive_bools, reason = "each is a state of its own")]
 pub struct Viewer {
     pub(crate) settings: Settings,
     /// The settings that the world has.
@@ -158,24 +163,32 @@ pub struct Viewer {
     pub(crate) page: String,
     /// What was saved, or why not.
     said: Rc<RefCell<Vec<Result<String, String>>>>,
-    /// Pixels of the picture for each of the window's.
-    pub(crate) scale: f32,
+    pub(crate) pace: pace::Pace,
     pub(crate) panel: bool,
     pub(crate) help: bool,
     pub(crate) path_box: Option<String>,
     asked: Asked,
-    status: Rc<RefCell<Status>>,
+    status: Arc<Mutex<Status>>,
     screenshot: Vec<WithPixels>,
-    /// The view and the moment of the last picture.
-    drawn: Option<(View, f64, (u32, u32))>,
+    drawn: Option<Drawn>,
     watched: Vec<(String, Option<std::time::SystemTime>)>,
     watch_due: f64,
     frames: Option<u64>,
+    quits: bool,
     timings: bool,
     started: web_time::Instant,
     first: Option<Duration>,
     /// Where the pointer was when its leaf was looked for, and that leaf in words.
     pub(crate) hover: Option<(egui::Pos2, Option<String>)>,
+}
+
+/// The last picture.
+struct Drawn {
+    /// The view that was wanted, its moment and size.
+    wanted: (View, f64, (u32, u32)),
+    /// Whether nothing was given up for it.
+    full: bool,
+    at: web_time::Instant,
 }
 
 /// Where the camera goes when a world has come.
@@ -204,6 +217,7 @@ impl Viewer {
         let render = context.wgpu_render_state.as_ref().ok_or("the window is not wgpu's")?;
         ui::style(&context.egui_ctx);
         let mut viewer = Self::waiting(start, shared, started);
+        viewer.pace.start(render);
         viewer.load(render, &context.egui_ctx);
         Ok(viewer)
     }
@@ -240,7 +254,7 @@ impl Viewer {
             recording: false,
             page: crate::page_address(),
             said: Rc::default(),
-            scale: start.scale,
+            pace: pace::Pace::new(start.budget),
             panel: start.panel,
             help: false,
             path_box: None,
@@ -251,6 +265,7 @@ impl Viewer {
             watched: Vec::new(),
             watch_due: 0.0,
             frames: start.frames,
+            quits: false,
             timings: start.timings,
             started,
             first: None,
@@ -270,10 +285,10 @@ impl Viewer {
         if error {
             tracing::warn!("{text}");
         }
-        let mut status = self.status.borrow_mut();
+        let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
         if error { &mut status.errors } else { &mut status.notes }.push(text.clone());
         drop(status);
-        self.lines.push(Line { error, text });
+        self.lines.push(Line { error, text, at: web_time::Instant::now() });
         if self.lines.len() > 100 {
             self.lines.remove(0);
         }
@@ -327,6 +342,7 @@ impl Viewer {
             Action::Help => self.help = !self.help,
             Action::Record => self.record(),
             Action::Bookmark => self.bookmarks.push(self.key()),
+            Action::Quit => self.quits = true,
         }
     }
 
@@ -361,7 +377,13 @@ impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let Some(render) = frame.wgpu_render_state().cloned() else { return };
         let before = self.settings.clone();
+        if self.job.is_some() {
+            self.statistics.loads();
+        } else {
+            self.statistics.last_loading = None;
+        }
         self.answer();
+        self.collect(&render);
         self.receive(&render);
         self.heed();
         self.take_dropped(ui.ctx());
@@ -375,7 +397,7 @@ impl eframe::App for Viewer {
             self.load(&render, ui.ctx());
         }
         self.watch(ui.input(|i| i.time));
-        self.finish(&render, ui.ctx());
+        self.finish(ui.ctx());
     }
 
     #[cfg(target_arch = "wasm32")]
@@ -386,18 +408,24 @@ impl eframe::App for Viewer {
 
 /// What a viewer does with its frames' ends.
 impl Viewer {
-    fn finish(&mut self, render: &RenderState, context: &egui::Context) {
-        if let Some(picture) = &mut self.picture {
-            let (counted, pixels) = picture.collect(render);
-            if counted {
-                self.statistics.count(self.clock.time, &picture.latest);
-            }
-            if let Some(pixels) = pixels
-                && !self.screenshot.is_empty()
-            {
-                self.screenshot.remove(0)(pixels);
-            }
+    /// Takes what has come back from the GPU.
+    fn collect(&mut self, render: &RenderState) {
+        let Some(picture) = &mut self.picture else { return };
+        let came = picture.collect(render);
+        if let Some(seconds) = came.took {
+            self.pace.took(seconds);
         }
+        if let Some(time) = came.counted {
+            self.statistics.count(time, &picture.latest);
+        }
+        if let Some(pixels) = came.pixels
+            && !self.screenshot.is_empty()
+        {
+            self.screenshot.remove(0)(pixels);
+        }
+    }
+
+    fn finish(&mut self, context: &egui::Context) {
         let drawn = self.picture.as_ref().map_or(0, |picture| picture.frames);
         // The second is begun when the first is done.
         let done = drawn > 1 || drawn == 1 && !self.is_busy();
@@ -407,10 +435,15 @@ impl Viewer {
         }
         if self.frames.is_some_and(|frames| drawn >= frames) && !self.is_busy() {
             self.report("last picture");
+            self.quits = true;
+        }
+        if self.quits {
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
         self.publish(context);
-        let waiting = self.job.is_some() || self.is_busy() || !self.screenshot.is_empty();
+        let unfinished = self.drawn.as_ref().is_some_and(|drawn| !drawn.full);
+        let waiting =
+            self.job.is_some() || self.is_busy() || unfinished || !self.screenshot.is_empty();
         if self.clock.playing || self.frames.is_some() || self.world.is_none() {
             context.request_repaint();
         } else if waiting {
@@ -422,7 +455,7 @@ impl Viewer {
     }
 
     fn publish(&self, context: &egui::Context) {
-        let mut status = self.status.borrow_mut();
+        let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
         status.context.get_or_insert_with(|| context.clone());
         status.loading = self.job.is_some() || self.picture.is_none();
         status.pictures = self.picture.as_ref().map_or(0, |picture| picture.frames);

@@ -99,10 +99,12 @@ pub enum Action {
     Record,
     /// Bookmark the camera.
     Bookmark,
+    /// Close the window.
+    Quit,
 }
 
 /// Keys and what they do, with a word for people.
-pub const ACTIONS: [(Modifiers, Key, Action, &str); 21] = [
+pub const ACTIONS: [(Modifiers, Key, Action, &str); 22] = [
     (Modifiers::NONE, Key::Space, Action::Play, "play, pause"),
     (Modifiers::NONE, Key::Comma, Action::Back, "one frame back"),
     (Modifiers::NONE, Key::Period, Action::On, "one frame on"),
@@ -123,6 +125,7 @@ pub const ACTIONS: [(Modifiers, Key, Action, &str); 21] = [
     (Modifiers::COMMAND, Key::Y, Action::Redo, "redo"),
     (Modifiers::COMMAND, Key::S, Action::Save, "save the scene"),
     (Modifiers::COMMAND, Key::O, Action::Open, "open a file"),
+    (Modifiers::COMMAND, Key::Q, Action::Quit, "close the window"),
     (Modifiers::NONE, Key::Questionmark, Action::Help, "show or hide this list"),
 ];
 

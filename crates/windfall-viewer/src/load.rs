@@ -134,6 +134,7 @@ impl Working {
     }
 
     /// Lets a browser draw a frame; whether to go on.
+    #[cfg_attr(not(target_arch = "wasm32"), expect(clippy::unused_async, reason = "browsers wait"))]
     async fn breathe(&self) -> bool {
         #[cfg(target_arch = "wasm32")]
         crate::web::next_task().await;
@@ -346,6 +347,10 @@ pub fn read_paths(
 }
 
 /// Brings a running world from one state of the settings to another, where that is possible without making it anew.
+///
+/// # Errors
+///
+/// A change that the forest refuses, in a sentence.
 pub fn change(world: &mut World, settings: &Settings) -> Result<(), String> {
     let forest = &mut world.planted.forest;
     let scene = &settings.scene;

@@ -1,6 +1,6 @@
 //! The window.
 
-use crate::app::{Start, Viewer};
+use crate::app::{Shared, Start, Viewer};
 use anyhow::{Context, anyhow, bail};
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use std::path::Path;
@@ -12,6 +12,20 @@ use std::sync::Arc;
 ///
 /// There is no display, or no graphics adapter.
 pub fn run(start: Start, size: (f32, f32)) -> anyhow::Result<()> {
+    run_with(start, size, Shared::default(), |_| {})
+}
+
+/// The same for one who looks on: `shared` is told what goes on, `watch` is given egui's context before the first frame.
+///
+/// # Errors
+///
+/// There is no display, or no graphics adapter.
+pub fn run_with(
+    start: Start,
+    size: (f32, f32),
+    shared: Shared,
+    watch: impl FnOnce(&egui::Context) + 'static,
+) -> anyhow::Result<()> {
     let started = web_time::Instant::now();
     if !has_display() {
         bail!(
@@ -29,7 +43,8 @@ pub fn run(start: Start, size: (f32, f32)) -> anyhow::Result<()> {
         ..Default::default()
     };
     let make = move |context: &eframe::CreationContext<'_>| {
-        let viewer = Viewer::new(context, start, Default::default(), started)?;
+        watch(&context.egui_ctx);
+        let viewer = Viewer::new(context, start, shared, started)?;
         Ok(Box::new(viewer) as Box<dyn eframe::App>)
     };
     eframe::run_native("windfall", options, Box::new(make))
@@ -72,7 +87,7 @@ pub fn start(names: &[String]) -> anyhow::Result<Start> {
             Some(Start { camera, ..Start::new(settings) })
         } else if let Some(settings) = crate::state::settings::Settings::named(name) {
             Some(Start::new(settings))
-        } else if name.ends_with(".ron") {
+        } else if crate::files::kind(name) == Ok(crate::files::Kind::Scene) {
             Some(scene(Path::new(name))?)
         } else {
             crate::files::kind(name).map_err(|error| anyhow!("{error}"))?;
@@ -99,6 +114,6 @@ fn scene(path: &Path) -> anyhow::Result<Start> {
     let text = std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
     let scene = windfall_scenes::Scene::from_ron(&text, &name)?;
     let mut start = Start::new(crate::state::settings::Settings::of(&name, scene));
-    start.files.folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    path.parent().unwrap_or(Path::new("")).clone_into(&mut start.files.folder);
     Ok(start)
 }

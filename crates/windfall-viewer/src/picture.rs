@@ -1,9 +1,10 @@
 //! The forest's picture: drawn into a texture of its own, which the window shows.
 
+use crate::app::Purpose;
 use crate::load::{FORMAT, World};
 use eframe::egui_wgpu::RenderState;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use windfall_gpu::{Capture, Light, PictureTargets, Recording, Renderer, Timing, View, ViewState};
 use windfall_scenes::{StageCounts, StageReadback};
 
@@ -25,7 +26,10 @@ pub struct Picture {
     counts: Option<StageReadback>,
     /// What was drawn last, as far as it is known.
     pub latest: StageCounts,
+    /// The moment of the counts that are waited for.
+    counting: f64,
     capture: Option<(Capture, (u32, u32))>,
+    took: Arc<Mutex<Option<f32>>>,
     /// Pictures drawn.
     pub frames: u64,
     #[cfg(not(target_arch = "wasm32"))]
@@ -42,6 +46,16 @@ pub struct Pixels {
     pub rgba: Vec<u8>,
 }
 
+/// What came back from the GPU.
+pub struct Came {
+    /// The moment of new counts.
+    pub counted: Option<f64>,
+    /// Pixels of a picture that is kept.
+    pub pixels: Option<Pixels>,
+    /// Seconds that a picture took.
+    pub took: Option<f32>,
+}
+
 impl Picture {
     /// Without a world yet.
     pub fn new(renderer: Renderer, device: &wgpu::Device) -> Self {
@@ -55,7 +69,9 @@ impl Picture {
             busy: Arc::default(),
             counts: None,
             latest: StageCounts::default(),
+            counting: 0.0,
             capture: None,
+            took: Arc::default(),
             frames: 0,
             #[cfg(not(target_arch = "wasm32"))]
             profiler: timers(device),
@@ -84,7 +100,8 @@ impl Picture {
         self.target.as_ref().map(|target| target.size)
     }
 
-    /// Records and submits a picture of `size` pixels; `capture` asks for its pixels.
+    /// Records and submits a picture of `size` pixels. Pixels of one that is to be kept come back, and how long one took
+    /// that is seen while things move.
     ///
     /// # Errors
     ///
@@ -95,9 +112,10 @@ impl Picture {
         world: &mut World,
         (time, view): (f64, &View),
         size: (u32, u32),
-        capture: bool,
+        purpose: Purpose,
     ) -> Result<(), String> {
         let device = &render.device;
+        let begun = web_time::Instant::now();
         self.fit(render, size)?;
         let Self { renderer, state, target, .. } = self;
         let Some(Target { targets, output, texture, .. }) = target else { return Ok(()) };
@@ -119,8 +137,9 @@ impl Picture {
         let counting = self.counts.is_none();
         if counting {
             self.counts = world.planted.count(device, &mut encoder, state);
+            self.counting = time;
         }
-        let fresh = self.capture.is_none() && capture;
+        let fresh = self.capture.is_none() && purpose == Purpose::Kept;
         if fresh {
             self.capture = Some((Capture::encode(device, &mut encoder, texture), size));
         }
@@ -141,21 +160,28 @@ impl Picture {
         }
         self.busy.store(true, Ordering::Release);
         let busy = Arc::clone(&self.busy);
-        render.queue.on_submitted_work_done(move || busy.store(false, Ordering::Release));
+        let took = Arc::clone(&self.took);
+        render.queue.on_submitted_work_done(move || {
+            if purpose == Purpose::Moving {
+                let seconds = begun.elapsed().as_secs_f32();
+                *took.lock().unwrap_or_else(PoisonError::into_inner) = Some(seconds);
+            }
+            busy.store(false, Ordering::Release);
+        });
         self.frames += 1;
         Ok(())
     }
 
-    /// Takes what has come back from the GPU: whether there are new counts, and pixels.
-    pub fn collect(&mut self, render: &RenderState) -> (bool, Option<Pixels>) {
+    /// Takes what has come back from the GPU.
+    pub fn collect(&mut self, render: &RenderState) -> Came {
         // In a browser this does nothing, and nothing is needed.
         let _ = render.device.poll(wgpu::PollType::Poll);
         let counted = match self.counts.as_ref().and_then(StageReadback::take) {
-            None => false,
+            None => None,
             Some(counts) => {
                 self.counts = None;
                 self.latest = counts.unwrap_or_default();
-                true
+                Some(self.counting)
             }
         };
         #[cfg(not(target_arch = "wasm32"))]
@@ -172,7 +198,8 @@ impl Picture {
         if pixels.is_some() {
             self.capture = None;
         }
-        (counted, pixels.and_then(Result::ok))
+        let took = self.took.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Came { counted, pixels: pixels.and_then(Result::ok), took }
     }
 
     /// Textures of this size.

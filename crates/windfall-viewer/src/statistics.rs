@@ -24,8 +24,10 @@ pub struct Statistics {
     pub intervals: VecDeque<f64>,
     /// Counts, by moment of the forest.
     pub counts: VecDeque<Count>,
-    /// The longest that the window took for a frame while it was loading, seconds.
+    /// The longest from one frame of the window to the next while it was loading, seconds.
     pub slowest_loading: f64,
+    /// When the window's last frame was, if it is loading.
+    pub last_loading: Option<Instant>,
 }
 
 impl Statistics {
@@ -40,6 +42,14 @@ impl Statistics {
             }
         }
         push(&mut self.pictures, now);
+    }
+
+    /// The window has a frame while it is loading.
+    pub fn loads(&mut self) {
+        let now = Instant::now();
+        if let Some(last) = self.last_loading.replace(now) {
+            self.slowest_loading = self.slowest_loading.max(now.duration_since(last).as_secs_f64());
+        }
     }
 
     /// Pictures per second, of the last ones.

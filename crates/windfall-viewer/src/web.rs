@@ -5,9 +5,8 @@ use crate::picture::Pixels;
 use crate::state::link;
 use crate::state::settings::Settings;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
-use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wasm_bindgen::prelude::*;
 
 /// The viewer in a canvas.
@@ -15,7 +14,7 @@ use wasm_bindgen::prelude::*;
 pub struct Handle {
     runner: eframe::WebRunner,
     asked: Asked,
-    status: Rc<RefCell<Status>>,
+    status: Arc<Mutex<Status>>,
 }
 
 /// Puts the viewer into a canvas: `hash` is a link's, `panel` and `playing` how it starts.
@@ -29,17 +28,17 @@ pub async fn start(
     hash: String,
     panel: bool,
     playing: bool,
-    scale: f32,
+    budget: f32,
 ) -> Result<Handle, JsValue> {
     let started = web_time::Instant::now();
     let read = link::read(&hash);
     let mistake = read.as_ref().err().map(ToString::to_string);
     let default = || Settings::named(windfall_scenes::NAMES[0]).map(|settings| (settings, None));
     let (settings, camera) = read.ok().or_else(default).ok_or("there is no scene")?;
-    let start = Start { camera, panel, playing, scale, ..Start::new(settings) };
+    let start = Start { camera, panel, playing, budget, ..Start::new(settings) };
     let runner = eframe::WebRunner::new();
-    let (asked, status) = (Asked::default(), Rc::<RefCell<Status>>::default());
-    let shared = (Rc::clone(&asked), Rc::clone(&status));
+    let (asked, status) = (Asked::default(), Arc::<Mutex<Status>>::default());
+    let shared = (Rc::clone(&asked), Arc::clone(&status));
     let make = move |context: &eframe::CreationContext<'_>| {
         let mut viewer = Viewer::new(context, start, shared, started)?;
         if let Some(mistake) = mistake {
@@ -67,9 +66,13 @@ fn configuration() -> WgpuConfiguration {
 
 #[wasm_bindgen]
 impl Handle {
+    fn known(&self) -> MutexGuard<'_, Status> {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn ask(&self, ask: Ask) {
         self.asked.borrow_mut().push(ask);
-        if let Some(context) = &self.status.borrow().context {
+        if let Some(context) = &self.known().context {
             context.request_repaint();
         }
     }
@@ -110,12 +113,12 @@ impl Handle {
 
     /// The hash of a link to what is shown.
     pub fn link(&self) -> String {
-        self.status.borrow().link.clone()
+        self.known().link.clone()
     }
 
     /// What goes on, as JSON: `loading`, `pictures`, `time`, `errors`, `notes`.
     pub fn status(&self) -> String {
-        self.status.borrow().json()
+        self.known().json()
     }
 
     /// Takes the viewer out of its canvas.

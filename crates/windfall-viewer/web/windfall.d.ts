@@ -8,8 +8,8 @@ export interface Options {
   panel?: boolean;
   /** Whether time runs; by default it does. */
   playing?: boolean;
-  /** Pixels of the picture for each of the canvas, along a side: 0.1 to 1, by default 1. */
-  resolution?: number;
+  /** Time that a picture is to take at most while things move, milliseconds: by default 40; 0 gives up nothing. */
+  budget?: number;
   /** Where `windfall_viewer_bg.wasm` is; by default beside `windfall.js`. */
   wasm?: string | URL;
   /** Told of bytes while the program is loaded; `all` is 0 where the server does not say it. */

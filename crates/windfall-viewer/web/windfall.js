@@ -38,8 +38,8 @@ export async function mount(canvas, options = {}) {
   const url = options.wasm ?? new URL("windfall_viewer_bg.wasm", import.meta.url);
   loaded ??= download(url, options.progress ?? (() => {})).then((module_or_path) => init({ module_or_path }));
   await loaded;
-  const { link = "", panel = false, playing = true, resolution = 1 } = options;
-  return new Viewer(await start(canvas, link.replace(/^#/, ""), panel, playing, resolution));
+  const { link = "", panel = false, playing = true, budget = 40 } = options;
+  return new Viewer(await start(canvas, link.replace(/^#/, ""), panel, playing, budget));
 }
 
 /** A viewer in a canvas. */

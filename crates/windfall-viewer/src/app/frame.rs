@@ -1,9 +1,11 @@
 //! One picture of the forest in the window: camera, view, drawing.
 
-use super::Viewer;
+use super::pace::Purpose;
+use super::{Drawn, Viewer};
 use crate::pick::{self, Hit, Ray};
 use crate::state::camera::Mode;
 use eframe::egui_wgpu::RenderState;
+use std::time::Duration;
 use windfall_core::forest::Terrain;
 use windfall_core::path::Phase;
 use windfall_gpu::{Camera, View};
@@ -11,6 +13,8 @@ use windfall_scenes::EventEntry;
 
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.1;
+/// How long a view stands before it is drawn in full.
+const SETTLED: Duration = Duration::from_millis(250);
 
 impl Viewer {
     /// The view of this moment.
@@ -35,15 +39,23 @@ impl Viewer {
             let to = view.camera.forward().as_dvec3() * self.rig.distance;
             self.rig.look_at(eye, eye + to);
         }
-        let now = (view, self.clock.time, size);
+        let wanted = (view, self.clock.time, size);
         let (Some(world), Some(picture)) = (&mut self.world, &mut self.picture) else { return };
-        let capture = !self.screenshot.is_empty();
-        let new = self.drawn.as_ref() != Some(&now) || self.frames.is_some() || capture;
-        if picture.is_busy() || !new {
+        if picture.is_busy() {
             return;
         }
-        let drawn = picture.draw(render, world, (self.clock.time, &now.0), size, capture);
-        self.drawn = Some(now);
+        let same = self.drawn.as_ref().filter(|drawn| drawn.wanted == wanted);
+        let purpose = match same {
+            _ if !self.screenshot.is_empty() => Purpose::Kept,
+            Some(_) if self.frames.is_some() => Purpose::Moving,
+            Some(drawn) if drawn.full || drawn.at.elapsed() < SETTLED => return,
+            Some(_) => Purpose::Still,
+            None => Purpose::Moving,
+        };
+        let mut view = wanted.0.clone();
+        let full = self.pace.apply(&mut view, purpose);
+        let drawn = picture.draw(render, world, (self.clock.time, &view), size, purpose);
+        self.drawn = Some(Drawn { wanted, full, at: web_time::Instant::now() });
         match drawn {
             Ok(()) => self.statistics.drew(),
             Err(error) => self.say(true, error),

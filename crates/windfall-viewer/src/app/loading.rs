@@ -94,6 +94,7 @@ impl Viewer {
             self.say(false, note.to_string());
         }
         self.world = Some(world);
+        self.pace.forget();
         self.drawn = None;
         self.hover = None;
         if let Some(picture) = &mut self.picture {

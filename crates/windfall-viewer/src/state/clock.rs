@@ -58,6 +58,13 @@ pub fn text(time: f64) -> String {
     format!("{minutes:.0}:{:05.2}", time - minutes * 60.0)
 }
 
+/// The moment that a person wrote: `1:05.2`, or seconds.
+pub fn read(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (minutes, seconds) = text.rsplit_once(':').unwrap_or(("0", text));
+    Some(minutes.parse::<f64>().ok()? * 60.0 + seconds.parse::<f64>().ok()?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -83,5 +90,6 @@ mod tests {
         clock.seek(900.0);
         assert_eq!(clock.end, 900.0);
         assert_eq!(text(65.2), "1:05.20");
+        assert_eq!((read("1:05.2"), read(" 7 "), read("x:1")), (Some(65.2), Some(7.0), None));
     }
 }

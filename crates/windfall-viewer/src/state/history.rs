@@ -69,7 +69,7 @@ mod tests {
         let mut settings = Settings::named("lone-oak").unwrap();
         let mut history = History::default();
         let first = settings.scene.season;
-        let mut set = |history: &mut History, settings: &mut Settings, season| {
+        let set = |history: &mut History, settings: &mut Settings, season| {
             history.changed(settings);
             settings.scene.season = season;
         };

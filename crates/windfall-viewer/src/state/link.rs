@@ -3,7 +3,7 @@
 //! `#scene=autumn&time=12.5&season=0.8&wind.speed=3` - the keys are those of scene files, and so are the
 //! values, as JSON. Beside them there are `scene`, `throw`, `view`, `effects` and `camera`.
 
-use crate::state::settings::{Settings, effects};
+use crate::state::settings::{Settings, effects, numbers};
 use serde_json::{Map, Value};
 use std::fmt::Write;
 use windfall_gpu::DebugView;
@@ -48,12 +48,17 @@ pub fn write(settings: &Settings, camera: Shot) -> String {
     }
     let mut quality = settings.quality;
     let mut preset = settings.scene.quality.into();
-    let changed: Vec<String> = effects(&mut quality)
+    let mut changed: Vec<String> = effects(&mut quality)
         .into_iter()
         .zip(effects(&mut preset))
         .filter(|((_, now), (_, then))| *now != *then)
         .map(|((name, on), _)| format!("{}{}", if *on { "+" } else { "-" }, name.replace(' ', "_")))
         .collect();
+    for ((name, now), (_, then)) in numbers(&mut quality).into_iter().zip(numbers(&mut preset)) {
+        if now.get() != then.get() {
+            changed.push(format!("{name}:{}", now.get()));
+        }
+    }
     if !changed.is_empty() {
         pairs.push(("effects".into(), changed.join(",")));
     }
@@ -134,6 +139,16 @@ pub fn read(hash: &str) -> Result<(Settings, Shot), LinkError> {
 
 fn switch(settings: &mut Settings, list: &str) -> Result<(), LinkError> {
     for item in list.split(',') {
+        let wrong = |cause| LinkError::Pair { key: "effects".into(), cause };
+        if let Some((name, value)) = item.split_once(':') {
+            let mut all = numbers(&mut settings.quality);
+            let number = all.iter_mut().find(|(known, _)| *known == name);
+            let (_, number) =
+                number.ok_or_else(|| wrong(format!("no effect is called {name:?}")))?;
+            let value = value.parse().map_err(|_| wrong(format!("{value:?} is no number")))?;
+            number.set(value).map_err(wrong)?;
+            continue;
+        }
         let (on, name) = match item.split_at_checked(1) {
             Some(("+", name)) => (true, name),
             Some(("-", name)) => (false, name),
@@ -141,10 +156,7 @@ fn switch(settings: &mut Settings, list: &str) -> Result<(), LinkError> {
         };
         let mut all = effects(&mut settings.quality);
         let Some(effect) = all.iter_mut().find(|(known, _)| known.replace(' ', "_") == name) else {
-            return Err(LinkError::Pair {
-                key: "effects".into(),
-                cause: format!("no effect is called {name:?}"),
-            });
+            return Err(wrong(format!("no effect is called {name:?}")));
         };
         *effect.1 = on;
     }
@@ -263,9 +275,10 @@ mod tests {
             settings.scene.quality = QualityPreset::Low;
             settings.quality = windfall_gpu::Quality::LOW;
             settings.quality.grass = true;
+            (settings.quality.resolution, settings.quality.shadow_taps) = (0.75, 9);
             settings.scene.shedding = None;
             settings.scene.trees[0].height = Some(9.5);
-            settings.show = DebugView::Laps;
+            settings.show = DebugView::Loops;
             settings.throw_rate = Some(120.0);
             let link = write(&settings, Some(key()));
             let (back, camera) = read(&format!("#{link}")).unwrap();
@@ -293,6 +306,9 @@ mod tests {
         assert!(error("throw=-1").starts_with("throw: "));
         assert!(error("camera=1,2,3,1,2,3,50").starts_with("camera[0]: "));
         assert!(error("effects=-glitter").contains("glitter"));
+        assert!(error("effects=glitter:1").contains("glitter"));
+        assert!(error("effects=resolution:7").contains("0.25 to 1"));
+        assert!(error("effects=shadow_taps:x").contains("\"x\""));
         assert!(error("view=sideways").contains("sideways"));
         assert_eq!(read("").unwrap().0, Settings::named("autumn").unwrap());
         // Bytes that are no letters do not panic.

@@ -85,7 +85,9 @@ impl Settings {
 fn same_models(a: &Scene, b: &Scene) -> bool {
     let models = |s: &Scene| -> Vec<_> {
         let mut trees = s.trees.clone();
-        trees.iter_mut().for_each(|t| t.weight = 1.0);
+        for tree in &mut trees {
+            tree.weight = 1.0;
+        }
         trees
     };
     models(a) == models(b)
@@ -124,6 +126,54 @@ pub fn effects(quality: &mut Quality) -> [(&'static str, &mut bool); 12] {
     ]
 }
 
+/// A number of a quality.
+pub enum Number<'a> {
+    /// A part, within bounds.
+    Part(&'a mut f32, (f32, f32)),
+    /// A count, within bounds.
+    Count(&'a mut u32, (u32, u32)),
+}
+
+impl Number<'_> {
+    /// Its value.
+    pub fn get(&self) -> f32 {
+        match self {
+            Self::Part(value, _) => **value,
+            Self::Count(value, _) => **value as f32,
+        }
+    }
+
+    /// Sets it.
+    ///
+    /// # Errors
+    ///
+    /// A sentence for people, where the value is out of bounds.
+    pub fn set(&mut self, to: f32) -> Result<(), String> {
+        let outside = |low: f32, high: f32| format!("{to} is not from {low} to {high}");
+        match self {
+            Self::Part(value, (low, high)) if (*low..=*high).contains(&to) => **value = to,
+            Self::Count(value, (low, high))
+                if (*low as f32..=*high as f32).contains(&to) && to.fract() == 0.0 =>
+            {
+                **value = to as u32;
+            }
+            Self::Part(_, (low, high)) => return Err(outside(*low, *high)),
+            Self::Count(_, (low, high)) => return Err(outside(*low as f32, *high as f32)),
+        }
+        Ok(())
+    }
+}
+
+/// The numbers of a quality, with their names in links.
+pub fn numbers(quality: &mut Quality) -> [(&'static str, Number<'_>); 3] {
+    let Quality { resolution, shadow_size, shadow_taps, .. } = quality;
+    [
+        ("resolution", Number::Part(resolution, (0.25, 1.0))),
+        ("shadow_size", Number::Count(shadow_size, (256, 2048))),
+        ("shadow_taps", Number::Count(shadow_taps, (1, 16))),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -159,10 +209,13 @@ mod tests {
     #[test]
     fn every_effect_has_a_switch() {
         let mut quality = Quality::HIGH;
-        effects(&mut quality).map(|(_, on)| *on = false);
+        for (_, on) in effects(&mut quality) {
+            *on = false;
+        }
         let off = Quality {
             shadow_size: Quality::HIGH.shadow_size,
             shadow_taps: Quality::HIGH.shadow_taps,
+            resolution: Quality::HIGH.resolution,
             ..quality
         };
         assert_eq!(quality, off);

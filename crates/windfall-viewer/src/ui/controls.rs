@@ -6,7 +6,7 @@ use egui::Ui;
 use windfall_core::simplify::{FadeBy, FadeRange, PruneOrder, Reduction};
 use windfall_gpu::DebugView;
 use windfall_scenes::{
-    Culling, Elimination, QualityPreset, SheddingEntry, Source, Strategy, TreeEntry, VariationEntry,
+    Culling, Elimination, QualityPreset, Source, Strategy, TreeEntry, VariationEntry,
 };
 use windfall_tree::Species;
 
@@ -105,7 +105,7 @@ pub fn season(ui: &mut Ui, settings: &mut Settings, of_base: &Settings) {
         scene.shedding = sheds.then(|| base.shedding.unwrap_or_default());
     }
     if let Some(shedding) = &mut scene.shedding {
-        let was = base.shedding.unwrap_or_else(SheddingEntry::default);
+        let was = base.shedding.unwrap_or_default();
         ui.add_enabled_ui(settings.throw_rate.is_none(), |ui| {
             slider(
                 ui,
@@ -450,6 +450,8 @@ pub fn effects(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     {
         switch(ui, name, on, *of_preset);
     }
+    let about = ("resolution", "of the picture, part of the window's");
+    slider(ui, about, &mut settings.quality.resolution, preset.resolution, 0.25..=1.0, |s| s);
     slider(
         ui,
         ("shadow map", "texels a side"),

@@ -15,8 +15,12 @@ use crate::input::hands;
 use crate::state::camera::Mode;
 use eframe::egui_wgpu::RenderState;
 use egui::{Align2, CentralPanel, Color32, Panel, RichText, Sense, Ui};
+use std::time::Duration;
 
 pub use panel::panel;
+
+/// How long a note stays; an error stays until somebody takes it away.
+const NOTED: Duration = Duration::from_secs(12);
 
 /// How widgets look.
 pub fn style(context: &egui::Context) {
@@ -69,7 +73,7 @@ fn forest(viewer: &mut Viewer, ui: &mut Ui, render: &RenderState) {
         viewer.rig.update(&hands, ground);
         ui.ctx().request_repaint();
     }
-    let points = ui.ctx().pixels_per_point() * viewer.scale;
+    let points = ui.ctx().pixels_per_point();
     let largest = render.device.limits().max_texture_dimension_2d;
     let side = |length: f32| ((length * points).round() as u32).min(largest);
     let size = (side(rect.width()), side(rect.height()));
@@ -142,6 +146,7 @@ fn loading(viewer: &mut Viewer, ui: &Ui, rect: egui::Rect) {
 
 /// What was said last, over the picture.
 fn lines(viewer: &mut Viewer, ui: &Ui, rect: egui::Rect) {
+    viewer.lines.retain(|line| line.error || line.at.elapsed() < NOTED);
     if viewer.lines.is_empty() {
         return;
     }

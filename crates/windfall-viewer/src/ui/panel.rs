@@ -7,6 +7,9 @@ use crate::app::Viewer;
 use crate::state::settings::Settings;
 use egui::{CollapsingHeader, Ui};
 
+/// What is in a section of the panel: the settings, and those to go back to.
+type Section = fn(&mut Ui, &mut Settings, &Settings);
+
 pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let mut chosen = None;
@@ -37,7 +40,7 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
     });
     let base = viewer.settings.base();
     let settings = &mut viewer.settings;
-    let sections: [(&str, bool, fn(&mut Ui, &mut Settings, &Settings)); 7] = [
+    let sections: [(&str, bool, Section); 7] = [
         ("Trees", true, controls::trees),
         ("Season and leaves", true, controls::season),
         ("Wind", false, controls::wind),
@@ -52,7 +55,18 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
     CollapsingHeader::new("View").show(ui, |ui| {
         controls::view(ui, settings);
         ui.horizontal(|ui| {
-            ui.add(egui::Slider::new(&mut viewer.scale, 0.1..=1.0).text("resolution"));
+            let mut budget = viewer.pace.milliseconds();
+            let slider = egui::Slider::new(&mut budget, 0.0..=200.0).suffix(" ms");
+            let slider = ui.add(slider.max_decimals(0).text("frame budget"));
+            if slider
+                .on_hover_text("longest time of a picture while things move; 0: none")
+                .changed()
+            {
+                viewer.pace.set_milliseconds(budget);
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.weak(format!("given up for it: {:.0} %", viewer.pace.saving() * 100.0));
         });
         ui.add(egui::Slider::new(&mut viewer.rig.fov, 10.0..=110.0).text("field of view, °"));
         let mut zoom = ui.ctx().zoom_factor();

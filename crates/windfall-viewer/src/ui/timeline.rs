@@ -36,14 +36,17 @@ pub fn timeline(viewer: &mut Viewer, ui: &mut Ui) {
         }
         let speed = DragValue::new(&mut viewer.clock.speed).range(-100.0..=100.0).speed(0.05);
         ui.add(speed.suffix("×").max_decimals(2)).on_hover_text("speed; below 0 backwards");
-        let text = clock::text(viewer.clock.time);
-        ui.monospace(text);
         let mut time = viewer.clock.time;
         let end = viewer.clock.end;
-        ui.spacing_mut().slider_width = (ui.available_width() - 120.0).max(80.0);
-        let slider = Slider::new(&mut time, 0.0..=end).suffix(" s").max_decimals(2);
-        let slider = ui.add(slider.clamping(egui::SliderClamping::Never).trailing_fill(true));
-        if slider.changed() {
+        let parse = |text: &str| clock::read(text);
+        let field = DragValue::new(&mut time).range(0.0..=1e7).speed(0.1);
+        let field = field.custom_formatter(|time, _| clock::text(time)).custom_parser(parse);
+        let field = ui.add_sized([76.0, ui.spacing().interact_size.y], field);
+        let field = field.on_hover_text("minutes and seconds, or seconds");
+        ui.spacing_mut().slider_width = (ui.available_width() - 12.0).max(80.0);
+        let slider = Slider::new(&mut time, 0.0..=end).show_value(false).trailing_fill(true);
+        let slider = ui.add(slider.clamping(egui::SliderClamping::Never));
+        if slider.changed() || field.changed() {
             viewer.clock.playing = false;
             viewer.clock.seek(time);
         }
