@@ -56,7 +56,10 @@ impl Hands {
 
     pub fn click(&self, at: Pos2) {
         self.point(at);
-        xdotool(&["click", "1"]);
+        xdotool(&["mousedown", "1"]);
+        // A finger is not faster.
+        rest();
+        xdotool(&["mouseup", "1"]);
         rest();
     }
 
