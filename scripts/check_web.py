@@ -297,18 +297,18 @@ def run(browser, address, scratch, windfall, keep, check):
     check(difference(linked, first)[0] > 1.0, "season 0.9 looks like the first picture")
 
     # Files.
-    tree = os.path.join(scratch, "birch.glb")
-    subprocess.run([windfall, "tree", "export", "birch", "--leaves", "900", "--out", tree], check=True,
-                   stdout=subprocess.DEVNULL)
+    tree = os.path.join(scratch, "aspen.glb")
+    subprocess.run([windfall, "bake", "aspen", "--out", tree], check=True, stdout=subprocess.DEVNULL)
     before = picture()
     drop(browser, "bad.glb", b"glTF, or so it says")
     error = browser.wait("an error", "windfall.status.errors.find((e) => e.includes('bad.glb'))")
     print(f"a bad file: {error}")
     browser.wait("loaded", READY)
     check(difference(before, picture())[1] < 4.0, "a bad file changes the picture")
+    loads = browser.run("windfall.status.loads")
     with open(tree, "rb") as file:
-        drop(browser, "birch.glb", file.read())
-    browser.wait("loading", "windfall.status.loading || windfall.status.files?.includes('birch.glb')")
+        drop(browser, "aspen.glb", file.read())
+    browser.wait("the tree", f"windfall.status.loads > {loads}")
     browser.wait("loaded", READY)
     dropped = picture()
     keep("dropped.png", dropped)

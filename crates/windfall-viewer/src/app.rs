@@ -109,6 +109,8 @@ pub struct Status {
     pub loading: bool,
     /// Pictures drawn.
     pub pictures: u64,
+    /// Times that something was loaded.
+    pub loads: u64,
     /// The moment that is shown.
     pub time: f64,
     /// The hash of a link to what is shown.
@@ -122,9 +124,9 @@ pub struct Status {
 impl Status {
     /// As JSON.
     pub fn json(&self) -> String {
-        let Self { loading, pictures, time, errors, notes, .. } = self;
+        let Self { loading, pictures, loads, time, errors, notes, .. } = self;
         serde_json::json!({
-            "loading": loading, "pictures": pictures, "time": time, "errors": errors, "notes": notes,
+            "loading": loading, "pictures": pictures, "loads": loads, "time": time, "errors": errors, "notes": notes,
         })
         .to_string()
     }
@@ -186,8 +188,9 @@ pub struct Viewer {
 struct Drawn {
     /// The view that was wanted, its moment and size.
     wanted: (View, f64, (u32, u32)),
-    /// Whether nothing was given up for it.
+    /// Whether it is as good as it gets, and if not, what it was drawn for.
     full: bool,
+    purpose: Purpose,
     at: web_time::Instant,
 }
 
@@ -391,8 +394,13 @@ impl eframe::App for Viewer {
             self.act(action);
         }
         self.clock.advance(f64::from(ui.input(|i| i.unstable_dt)));
-        ui::show(self, ui, &render);
         let holding = ui.input(|input| input.pointer.any_down());
+        // What was asked for is in the picture of this frame.
+        if self.changed(&before, holding) {
+            self.load(&render, ui.ctx());
+        }
+        let before = self.settings.clone();
+        ui::show(self, ui, &render);
         if self.changed(&before, holding) {
             self.load(&render, ui.ctx());
         }

@@ -11,6 +11,9 @@ pub struct Files {
     pub folder: std::path::PathBuf,
     /// Files without a path, by name.
     pub dropped: BTreeMap<String, Arc<[u8]>>,
+    /// The page's function that promises a baked tree's bytes by its name, or nothing.
+    #[cfg(target_arch = "wasm32")]
+    pub page: Option<js_sys::Function>,
 }
 
 /// What a file is, by its name.
@@ -61,6 +64,16 @@ impl Files {
         let path = self.folder.join(name);
         let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         Ok(bytes.into())
+    }
+
+    /// A baked species, if the page has it.
+    #[cfg(target_arch = "wasm32")]
+    pub async fn baked(&self, name: &str) -> Option<Vec<u8>> {
+        use wasm_bindgen::JsCast;
+        let promise = self.page.as_ref()?.call1(&wasm_bindgen::JsValue::UNDEFINED, &name.into());
+        let promise: js_sys::Promise = promise.ok()?.dyn_into().ok()?;
+        let bytes = wasm_bindgen_futures::JsFuture::from(promise).await.ok()?;
+        Some(bytes.dyn_into::<js_sys::Uint8Array>().ok()?.to_vec())
     }
 
     /// What tells a dropped file from an older one of the same name.

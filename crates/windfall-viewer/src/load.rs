@@ -10,7 +10,10 @@ use windfall_core::Note;
 use windfall_core::tree::Tree;
 use windfall_gpu::{Options, Renderer, SkyMap, TreeModel};
 use windfall_scenes::{Model, PathEntry, PlantedStage, Scene, Stage, TimeUnit};
-use windfall_tree::Import;
+#[cfg(target_arch = "wasm32")]
+use windfall_tree::ImportOptions;
+use windfall_tree::species::GrowOptions;
+use windfall_tree::{Import, Species};
 
 /// The picture's format: egui reads it as it is, see `picture.rs`.
 pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -261,7 +264,17 @@ impl Working {
                 return Ok(None);
             }
             trees.push(match model {
-                Model::Species { species, seed, options } => species.grow_as(*seed, options).into(),
+                Model::Species { species, seed, options } => {
+                    match files.baked(&baked_name(*species, *seed, options)).await {
+                        Some(bytes) => {
+                            let options = ImportOptions::default();
+                            let mut none = |_: &str| Err("nothing lies beside it".to_owned());
+                            windfall_tree::import(&bytes, species.name(), &options, &mut none)
+                                .map_err(text)?
+                        }
+                        None => species.grow_as(*seed, options).into(),
+                    }
+                }
                 Model::File { file, options } => {
                     let mut resolve = |uri: &str| files.beside(file, uri);
                     windfall_tree::import(&files.read(file)?, file, options, &mut resolve)
@@ -271,6 +284,17 @@ impl Working {
         }
         Ok(Some(trees))
     }
+}
+
+/// What the file of a baked species is called, without its ending: as `examples/page_trees.rs` writes it, and the page
+/// asks for it.
+pub fn baked_name(species: Species, seed: u32, options: &GrowOptions) -> String {
+    // FNV-1a: the name only has to differ where the tree does.
+    let key = format!("{seed} {options:?}");
+    let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    format!("{}-{hash:016x}", species.name())
 }
 
 /// A model in a word.

@@ -100,8 +100,8 @@ impl Picture {
         self.target.as_ref().map(|target| target.size)
     }
 
-    /// Records and submits a picture of `size` pixels. Pixels of one that is to be kept come back, and how long one took
-    /// that is seen while things move.
+    /// Records and submits a picture of `size` pixels. What comes back later: its pixels, if they are to be captured, and
+    /// how long it took, if it is to be seen while things move.
     ///
     /// # Errors
     ///
@@ -112,7 +112,7 @@ impl Picture {
         world: &mut World,
         (time, view): (f64, &View),
         size: (u32, u32),
-        purpose: Purpose,
+        (purpose, capture): (Purpose, bool),
     ) -> Result<(), String> {
         let device = &render.device;
         let begun = web_time::Instant::now();
@@ -139,7 +139,7 @@ impl Picture {
             self.counts = world.planted.count(device, &mut encoder, state);
             self.counting = time;
         }
-        let fresh = self.capture.is_none() && purpose == Purpose::Kept;
+        let fresh = self.capture.is_none() && capture;
         if fresh {
             self.capture = Some((Capture::encode(device, &mut encoder, texture), size));
         }

@@ -1,6 +1,7 @@
 //! The page: the viewer in a canvas, and what JavaScript asks of it. `web/windfall.js` is the interface for pages.
 
 use crate::app::{Ask, Asked, Start, Status, Viewer};
+use crate::files::Files;
 use crate::picture::Pixels;
 use crate::state::link;
 use crate::state::settings::Settings;
@@ -17,7 +18,8 @@ pub struct Handle {
     status: Arc<Mutex<Status>>,
 }
 
-/// Puts the viewer into a canvas: `hash` is a link's, `panel` and `playing` how it starts.
+/// Puts the viewer into a canvas: `hash` is a link's, `panel`, `playing` and `budget` how it starts; `trees` promises the
+/// bytes of a baked tree by its name, or nothing.
 ///
 /// # Errors
 ///
@@ -29,13 +31,15 @@ pub async fn start(
     panel: bool,
     playing: bool,
     budget: f32,
+    trees: Option<js_sys::Function>,
 ) -> Result<Handle, JsValue> {
     let started = web_time::Instant::now();
     let read = link::read(&hash);
     let mistake = read.as_ref().err().map(ToString::to_string);
     let default = || Settings::named(windfall_scenes::NAMES[0]).map(|settings| (settings, None));
     let (settings, camera) = read.ok().or_else(default).ok_or("there is no scene")?;
-    let start = Start { camera, panel, playing, budget, ..Start::new(settings) };
+    let files = Files { page: trees, ..Files::default() };
+    let start = Start { camera, panel, playing, budget, files, ..Start::new(settings) };
     let runner = eframe::WebRunner::new();
     let (asked, status) = (Asked::default(), Arc::<Mutex<Status>>::default());
     let shared = (Rc::clone(&asked), Arc::clone(&status));
@@ -116,7 +120,7 @@ impl Handle {
         self.known().link.clone()
     }
 
-    /// What goes on, as JSON: `loading`, `pictures`, `time`, `errors`, `notes`.
+    /// What goes on, as JSON: `loading`, `pictures`, `loads`, `time`, `errors`, `notes`.
     pub fn status(&self) -> String {
         self.known().json()
     }

@@ -12,6 +12,8 @@ export interface Options {
   budget?: number;
   /** Where `windfall_viewer_bg.wasm` is; by default beside `windfall.js`. */
   wasm?: string | URL;
+  /** A folder with baked trees of named scenes, `trees/`; without it they are grown here, which takes seconds. */
+  trees?: string | URL;
   /** Told of bytes while the program is loaded; `all` is 0 where the server does not say it. */
   progress?: (done: number, all: number) => void;
 }
@@ -21,6 +23,8 @@ export interface Status {
   loading: boolean;
   /** Pictures drawn. */
   pictures: number;
+  /** Times that trees were loaded. */
+  loads: number;
   /** The moment that is shown, seconds. */
   time: number;
   /** Errors that were shown. */

@@ -30,6 +30,18 @@ async function download(url, progress) {
   return new Response(response.body.pipeThrough(count), { headers: { "content-type": "application/wasm" } });
 }
 
+// Baked trees of a folder that has an index, by name: growing them here would take seconds.
+function bakedTrees(folder) {
+  if (!folder) return undefined;
+  const base = new URL(folder, document.baseURI);
+  const names = fetch(new URL("index.json", base)).then((index) => (index.ok ? index.json() : []));
+  return async (name) => {
+    if (!(await names).includes(name)) return undefined;
+    const tree = await fetch(new URL(`${name}.glb`, base));
+    return tree.ok ? new Uint8Array(await tree.arrayBuffer()) : undefined;
+  };
+}
+
 let loaded;
 
 /** Puts a viewer into a canvas. */
@@ -39,7 +51,7 @@ export async function mount(canvas, options = {}) {
   loaded ??= download(url, options.progress ?? (() => {})).then((module_or_path) => init({ module_or_path }));
   await loaded;
   const { link = "", panel = false, playing = true, budget = 40 } = options;
-  return new Viewer(await start(canvas, link.replace(/^#/, ""), panel, playing, budget));
+  return new Viewer(await start(canvas, link.replace(/^#/, ""), panel, playing, budget, bakedTrees(options.trees)));
 }
 
 /** A viewer in a canvas. */

@@ -13,8 +13,10 @@ use windfall_scenes::EventEntry;
 
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.1;
-/// How long a view stands before it is drawn in full.
+/// How long a view stands before its shadows are drawn anew, and on a GPU the whole of it in full.
 const SETTLED: Duration = Duration::from_millis(250);
+/// How much longer before a software adapter draws it in full, which may take seconds.
+const RESTED: Duration = Duration::from_millis(1500);
 
 impl Viewer {
     /// The view of this moment.
@@ -44,18 +46,27 @@ impl Viewer {
         if picture.is_busy() {
             return;
         }
+        // One that is to be kept waits for what is being loaded.
+        let capture = !self.screenshot.is_empty() && self.job.is_none();
         let same = self.drawn.as_ref().filter(|drawn| drawn.wanted == wanted);
         let purpose = match same {
-            _ if !self.screenshot.is_empty() => Purpose::Kept,
+            _ if capture => Purpose::Kept,
             Some(_) if self.frames.is_some() => Purpose::Moving,
-            Some(drawn) if drawn.full || drawn.at.elapsed() < SETTLED => return,
-            Some(_) => Purpose::Still,
+            Some(drawn) if drawn.full => return,
+            Some(drawn) if drawn.purpose == Purpose::Moving => {
+                if drawn.at.elapsed() < SETTLED {
+                    return;
+                }
+                Purpose::Still
+            }
+            Some(drawn) if drawn.at.elapsed() < RESTED => return,
+            Some(_) => Purpose::Kept,
             None => Purpose::Moving,
         };
         let mut view = wanted.0.clone();
         let full = self.pace.apply(&mut view, purpose);
-        let drawn = picture.draw(render, world, (self.clock.time, &view), size, purpose);
-        self.drawn = Some(Drawn { wanted, full, at: web_time::Instant::now() });
+        let drawn = picture.draw(render, world, (self.clock.time, &view), size, (purpose, capture));
+        self.drawn = Some(Drawn { wanted, full, purpose, at: web_time::Instant::now() });
         match drawn {
             Ok(()) => self.statistics.drew(),
             Err(error) => self.say(true, error),

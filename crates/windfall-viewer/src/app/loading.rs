@@ -6,8 +6,8 @@ use crate::picture::Picture;
 use crate::state::framing;
 use crate::state::settings::{Settings, Work};
 use eframe::egui_wgpu::RenderState;
-use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
+use std::sync::{Arc, PoisonError};
 
 impl Viewer {
     /// Starts to make the world that the settings say; a job that runs is cancelled.
@@ -94,6 +94,7 @@ impl Viewer {
             self.say(false, note.to_string());
         }
         self.world = Some(world);
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).loads += 1;
         self.pace.forget();
         self.drawn = None;
         self.hover = None;

@@ -15,11 +15,6 @@ pub fn of_stage(stage: &Stage) -> Option<(DVec3, f64)> {
     sphere(near.map(|instance| bounds(stage, instance)))
 }
 
-/// One tree.
-pub fn of_tree(stage: &Stage, tree: usize) -> Option<(DVec3, f64)> {
-    sphere(stage.forest.instances.get(tree).map(|instance| bounds(stage, instance)).into_iter())
-}
-
 /// Corners of the box about a tree, turned any way.
 fn bounds(stage: &Stage, instance: &Instance) -> (DVec3, DVec3) {
     let (low, high) = stage.trees[instance.model as usize].bounds();

@@ -67,7 +67,7 @@ impl Settings {
                 (s.count, s.spacing, s.scale, s.season_spread, s.keep_out.clone(), ground, weights),
                 (s.strategy, s.elimination, s.elimination_per_frame, s.leaf_occlusion),
                 (s.loose_leaves, s.variation, s.fall, s.paths.clone()),
-                s.shedding.is_some(),
+                (s.shedding.is_some(), s.sky.picture.clone()),
             )
         };
         // Leaves are thrown at a running forest, and not caught again.
@@ -197,6 +197,7 @@ mod tests {
         assert_eq!(after(&|s| s.scene.strategy = Strategy::Vertex), Work::Plant);
         assert_eq!(after(&|s| s.scene.trees[0].weight = 9.0), Work::Plant);
         assert_eq!(after(&|s| s.scene.shedding = None), Work::Plant);
+        assert_eq!(after(&|s| s.scene.sky.picture = Some("a.hdr".into())), Work::Plant);
         assert_eq!(after(&|s| s.scene.seed = 9), Work::Grow);
         let event = windfall_scenes::EventEntry { tree: 0, leaf: 1, time: 2.0 };
         assert_eq!(after(&|s| s.scene.events = vec![event]), Work::Change);

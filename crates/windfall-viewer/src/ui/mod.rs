@@ -35,7 +35,9 @@ pub fn style(context: &egui::Context) {
 pub fn show(viewer: &mut Viewer, ui: &mut Ui, render: &RenderState) {
     Panel::bottom("timeline").show(ui, |ui| timeline::timeline(viewer, ui));
     if viewer.panel {
-        Panel::left("panel").default_size(330.0).size_range(240.0..=520.0).show(ui, |ui| {
+        let most = (0.6 * ui.available_width()).clamp(120.0, 520.0);
+        let panel_of = Panel::left("panel").default_size(most.min(330.0));
+        panel_of.size_range(most.min(240.0)..=most).show(ui, |ui| {
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel(viewer, ui));
         });
     }

@@ -66,19 +66,22 @@ fn intervals(statistics: &Statistics, ui: &mut Ui) {
 
 fn plot(statistics: &Statistics, ui: &mut Ui, title: &str, lines: Lines<'_>) {
     ui.label(title);
-    area(title, ui).legend(Legend::default()).include_y(0.0).show(ui, |plot| {
-        for (name, value) in lines {
-            let points: PlotPoints<'_> =
-                statistics.counts.iter().map(|count| [count.time, value(count)]).collect();
-            plot.line(Line::new(*name, points));
-        }
-    });
+    area(title, ui)
+        .legend(Legend::default().text_style(egui::TextStyle::Small))
+        .include_y(0.0)
+        .show(ui, |plot| {
+            for (name, value) in lines {
+                let points: PlotPoints<'_> =
+                    statistics.counts.iter().map(|count| [count.time, value(count)]).collect();
+                plot.line(Line::new(*name, points));
+            }
+        });
 }
 
 fn area<'a>(id: &str, ui: &Ui) -> Plot<'a> {
     Plot::new(id.to_owned())
         .height(110.0)
-        .width(ui.available_width().min(480.0))
+        .width((ui.available_width() - 16.0).clamp(60.0, 480.0))
         .allow_scroll(false)
         .allow_drag(false)
         .allow_zoom(false)

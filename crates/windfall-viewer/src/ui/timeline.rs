@@ -47,6 +47,9 @@ pub fn timeline(viewer: &mut Viewer, ui: &mut Ui) {
         let field = ui.add_sized([76.0, ui.spacing().interact_size.y], field);
         let field = field.on_hover_text("minutes and seconds, or seconds");
         field.widget_info(|| egui::WidgetInfo::labeled(WidgetType::DragValue, true, "moment"));
+        if ui.available_size_before_wrap().x < 140.0 {
+            ui.end_row();
+        }
         ui.spacing_mut().slider_width = (ui.available_size_before_wrap().x - 12.0).max(80.0);
         let slider = Slider::new(&mut time, 0.0..=end).show_value(false).trailing_fill(true);
         let slider = ui.add(slider.clamping(egui::SliderClamping::Never));
