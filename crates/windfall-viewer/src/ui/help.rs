@@ -16,25 +16,30 @@ const HANDS: [(&str, &str); 8] = [
 
 pub fn help(viewer: &mut Viewer, context: &egui::Context) {
     let mut open = viewer.help;
-    egui::Window::new("Keys").open(&mut open).collapsible(false).show(context, |ui| {
-        egui::Grid::new("keys").striped(true).num_columns(2).show(ui, |ui| {
-            for (hand, does) in HANDS {
-                ui.strong(hand);
-                ui.label(does);
-                ui.end_row();
-            }
-            let mut before = "";
-            for (modifiers, key, _, does) in ACTIONS {
-                if does == before {
-                    continue;
+    let window = egui::Window::new("Keys").open(&mut open).collapsible(false);
+    let middle = context.content_rect().center();
+    window.pivot(egui::Align2::CENTER_CENTER).default_pos(middle).vscroll(true).show(
+        context,
+        |ui| {
+            egui::Grid::new("keys").striped(true).num_columns(2).show(ui, |ui| {
+                for (hand, does) in HANDS {
+                    ui.strong(hand);
+                    ui.label(does);
+                    ui.end_row();
                 }
-                before = does;
-                let shortcut = egui::KeyboardShortcut::new(modifiers, key);
-                ui.strong(ui.ctx().format_shortcut(&shortcut));
-                ui.label(does);
-                ui.end_row();
-            }
-        });
-    });
+                let mut known = Vec::new();
+                for (modifiers, key, _, does) in ACTIONS {
+                    if known.contains(&does) {
+                        continue;
+                    }
+                    known.push(does);
+                    let shortcut = egui::KeyboardShortcut::new(modifiers, key);
+                    ui.strong(ui.ctx().format_shortcut(&shortcut));
+                    ui.label(does);
+                    ui.end_row();
+                }
+            });
+        },
+    );
     viewer.help = open;
 }

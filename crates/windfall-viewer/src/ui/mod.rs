@@ -38,7 +38,7 @@ pub fn show(viewer: &mut Viewer, ui: &mut Ui, render: &RenderState) {
         let most = (0.6 * ui.available_width()).clamp(120.0, 520.0);
         let panel_of = Panel::left("panel").default_size(most.min(330.0));
         panel_of.size_range(most.min(240.0)..=most).show(ui, |ui| {
-            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel(viewer, ui));
+            egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| panel(viewer, ui));
         });
     }
     CentralPanel::no_frame().show(ui, |ui| forest(viewer, ui, render));

@@ -11,7 +11,9 @@ use egui::{CollapsingHeader, Ui};
 type Section = fn(&mut Ui, &mut Settings, &Settings);
 
 pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
-    ui.horizontal(|ui| {
+    // With large letters in a small window the boxes for numbers come first.
+    ui.spacing_mut().slider_width = (ui.available_width() - 190.0).clamp(40.0, 130.0);
+    ui.horizontal_wrapped(|ui| {
         let mut chosen = None;
         egui::ComboBox::from_label("scene").selected_text(short(&viewer.settings.name)).show_ui(
             ui,

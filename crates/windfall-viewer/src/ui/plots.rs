@@ -81,7 +81,7 @@ fn plot(statistics: &Statistics, ui: &mut Ui, title: &str, lines: Lines<'_>) {
 fn area<'a>(id: &str, ui: &Ui) -> Plot<'a> {
     Plot::new(id.to_owned())
         .height(110.0)
-        .width((ui.available_width() - 16.0).clamp(60.0, 480.0))
+        .width((ui.available_width() - 40.0).clamp(60.0, 480.0))
         .allow_scroll(false)
         .allow_drag(false)
         .allow_zoom(false)

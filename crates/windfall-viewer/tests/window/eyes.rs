@@ -53,11 +53,11 @@ impl egui::Plugin for Eyes {
         }
     }
 
-    fn output_hook(&mut self, _: &Context, output: &mut FullOutput) {
+    fn output_hook(&mut self, context: &Context, output: &mut FullOutput) {
         let mut seen = self.0.lock().unwrap();
         seen.frames += 1;
         if let Some(update) = &output.platform_output.accesskit_update {
-            seen.widgets = widgets(update);
+            seen.widgets = widgets(update, context.pixels_per_point());
         }
         for command in &output.platform_output.commands {
             if let egui::OutputCommand::CopyText(text) = command {
@@ -67,7 +67,8 @@ impl egui::Plugin for Eyes {
     }
 }
 
-fn widgets(update: &TreeUpdate) -> Vec<Widget> {
+/// Widgets with their places in pixels.
+fn widgets(update: &TreeUpdate, scale: f32) -> Vec<Widget> {
     let nodes: BTreeMap<NodeId, &Node> =
         update.nodes.iter().map(|(id, node)| (*id, node)).collect();
     let text =
@@ -82,8 +83,8 @@ fn widgets(update: &TreeUpdate) -> Vec<Widget> {
             role: node.role(),
             name: if node.role() == Role::Label { text(node) } else { name },
             rect: Rect::from_min_max(
-                Pos2::new(bounds.x0 as f32, bounds.y0 as f32),
-                Pos2::new(bounds.x1 as f32, bounds.y1 as f32),
+                Pos2::new(bounds.x0 as f32, bounds.y0 as f32) * scale,
+                Pos2::new(bounds.x1 as f32, bounds.y1 as f32) * scale,
             ),
             enabled: !node.is_disabled(),
         })
