@@ -538,9 +538,9 @@ impl Renderer {
     }
 }
 
-/// Quads are opaque: leaves that fade by opacity are none.
+/// Quads are opaque, and have a colour and nothing else: leaves that fade by opacity or are told apart are none.
 fn opaque(view: &View) -> bool {
-    view.detail.fade.by == FadeBy::Size
+    view.detail.fade.by == FadeBy::Size && view.show != DebugView::Ids
 }
 
 /// Draws depth of the trees of a view or shadow map.

@@ -176,12 +176,16 @@ debug_views! {
     Occlusion = "occlusion", SHOW_OCCLUSION;
     /// The radiance of leaves alone, on black, times the exposure: linear up to 1, not tone mapped.
     Radiance = "radiance", SHOW_RADIANCE;
+    /// Which leaf is seen, each in a colour of its own, on black. Before tone mapping a sample is a number in the
+    /// digits of base 2,048, lowest first: the leaf in the model's order, counted from 1 (red, green), and the
+    /// tree's index in the forest (blue, alpha); halves hold them exactly. Layers draw what they draw.
+    Ids = "ids", SHOW_IDS;
 }
 
 impl DebugView {
     /// Whether nothing but leaves is drawn.
     pub fn leaves_alone(self) -> bool {
-        matches!(self, Self::Leaves | Self::Coverage | Self::Radiance)
+        matches!(self, Self::Leaves | Self::Coverage | Self::Radiance | Self::Ids)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::base::wgsl::{Module, Shaders, compose, text};
 use crate::pass::leaves::LEAVES;
 use crate::scene::falls::LooseState;
 use crate::scene::forest::ForestBuffers;
-use crate::scene::model::ShapeVertex;
+use crate::scene::loose_shapes::ShapeVertex;
 use crate::view::state::LooseView;
 
 /// The module that gathers.

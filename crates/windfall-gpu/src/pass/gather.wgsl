@@ -77,6 +77,8 @@ struct Window {
     radius: f32,
     list_first: u32,
     bin_first: u32,
+    // Its tree's index in the forest.
+    tree: u32,
 }
 
 fn window_of(stream: u32) -> Window {
@@ -84,13 +86,12 @@ fn window_of(stream: u32) -> Window {
     let a = work[at];
     let b = work[at + 1u];
     let d = work[at + 3u];
-    return Window(a.x, a.z, a.w, b.x, b.y == 1u, b.z, bitcast<f32>(b.w), d.y, d.w);
+    return Window(a.x, a.z, a.w, b.x, b.y == 1u, b.z, bitcast<f32>(b.w), d.y, d.w, streams[stream].tree);
 }
 
-// What the leaf of an entry is drawn with of its size: 0 if its tree is drawn without it.
-fn kept_size(window: Window, level: StreamLevel, entry: u32) -> f32 {
-    let leaf = f32(lists[window.list_first + entry]);
-    let seen = clamp((level.fade_end - leaf) * level.fade_slope, 0.0, 1.0);
+// What a leaf is drawn with of its size: 0 if its tree is drawn without it.
+fn kept_size(level: StreamLevel, leaf: u32) -> f32 {
+    let seen = clamp((level.fade_end - f32(leaf)) * level.fade_slope, 0.0, 1.0);
     return level.growth * sqrt(select(seen, seen * seen * (3.0 - 2.0 * seen), frame.fade_smooth == 1u));
 }
 
@@ -125,7 +126,12 @@ fn gather_slot(window: Window, level: StreamLevel, at: u32) -> Gathered {
     var leaf = posed[window.slot_first + select(0u, at, held)];
     let bits = bitcast<u32>(leaf.scale);
     let place = bits & 3u;
-    leaf.scale = bitcast<f32>(bits & ~3u) * kept_size(window, level, select(0u, window.detached - 1u - back, held));
+    let index = lists[window.list_first + select(0u, window.detached - 1u - back, held)];
+    leaf.scale = bitcast<f32>(bits & ~3u) * kept_size(level, index);
+    if frame.show == SHOW_IDS {
+        leaf.color = index;
+        leaf.look = (leaf.look & 0xffu) | (window.tree << 8u);
+    }
     let seen = held && leaf.scale > 0.0 && in_view(leaf.position, window.radius * leaf.scale);
     return Gathered(leaf, seen, seen && is_small(window, leaf), place < LIES);
 }
