@@ -1,4 +1,4 @@
-//! Bakes the species of named scenes for the viewer's page: `page_trees FOLDER SCENE...`, which scripts/web runs.
+//! Bakes the species of named scenes, or of all, for the viewer's page: `page_trees FOLDER [SCENE]...`. scripts/web runs it.
 //!
 //! The folder gets a file for each tree and `index.json`, a list of their names.
 
@@ -11,10 +11,14 @@ use windfall_tree::bake::{Viewers, bake};
 
 fn main() -> anyhow::Result<()> {
     let mut words = std::env::args().skip(1);
-    let folder = PathBuf::from(words.next().context("page_trees FOLDER SCENE...")?);
+    let folder = PathBuf::from(words.next().context("page_trees FOLDER [SCENE]...")?);
     std::fs::create_dir_all(&folder)?;
     let mut names = std::collections::BTreeSet::new();
-    for name in words {
+    let mut scenes: Vec<String> = words.collect();
+    if scenes.is_empty() {
+        scenes = windfall_scenes::NAMES.map(str::to_owned).to_vec();
+    }
+    for name in scenes {
         let scene = windfall_scenes::named(&name).with_context(|| format!("no scene: {name}"))?;
         for model in scene.models() {
             let Model::Species { species, seed, options } = model else { continue };

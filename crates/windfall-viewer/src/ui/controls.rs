@@ -480,6 +480,7 @@ pub fn view(ui: &mut Ui, settings: &mut Settings) {
             DebugView::Coverage => "coverage of leaves",
             DebugView::Occlusion => "visibility states (leaf occlusion)",
             DebugView::Radiance => "radiance of leaves",
+            DebugView::Ids => "each leaf in a colour of its own",
         }
         .to_owned()
     };
