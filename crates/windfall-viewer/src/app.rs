@@ -136,6 +136,8 @@ impl Status {
 #[expect(clippy::struct_excessive_bools, reason = "each is a state of its own")]
 pub struct Viewer {
     pub(crate) settings: Settings,
+    /// The settings to go back to: those of the scene as it was read.
+    pub(crate) base: Settings,
     /// The settings that the world has.
     applied: Settings,
     pub(crate) history: History,
@@ -179,6 +181,8 @@ pub struct Viewer {
     quits: bool,
     timings: bool,
     started: web_time::Instant,
+    /// When the link was written.
+    linked: web_time::Instant,
     first: Option<Duration>,
     /// Where the pointer was when its leaf was looked for, and that leaf in words.
     pub(crate) hover: Option<(egui::Pos2, Option<String>)>,
@@ -237,6 +241,7 @@ impl Viewer {
         );
         let framing = if start.camera.is_some() { Framing::Stay } else { Framing::Scene };
         let mut viewer = Self {
+            base: start.settings.base(),
             applied: start.settings.clone(),
             history: History::default(),
             clock,
@@ -271,6 +276,7 @@ impl Viewer {
             quits: false,
             timings: start.timings,
             started,
+            linked: started,
             first: None,
             hover: None,
             settings: start.settings,
@@ -355,6 +361,7 @@ impl Viewer {
         self.clock = Clock::new(scene.time, scene.frames.1, scene.fps);
         self.clock.playing = playing;
         (self.framing, self.recording) = (Framing::Scene, false);
+        self.base = settings.clone();
         self.settings = settings;
     }
 
@@ -462,13 +469,18 @@ impl Viewer {
         }
     }
 
-    fn publish(&self, context: &egui::Context) {
-        let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
+    fn publish(&mut self, context: &egui::Context) {
+        let status = Arc::clone(&self.status);
+        let mut status = status.lock().unwrap_or_else(PoisonError::into_inner);
         status.context.get_or_insert_with(|| context.clone());
         status.loading = self.job.is_some() || self.picture.is_none();
         status.pictures = self.picture.as_ref().map_or(0, |picture| picture.frames);
         status.time = self.clock.time;
-        status.link = self.link();
+        // While time runs, few times a second are enough.
+        if !self.clock.playing || self.linked.elapsed() > Duration::from_millis(250) {
+            status.link = self.link();
+            self.linked = web_time::Instant::now();
+        }
     }
 
     fn is_busy(&self) -> bool {

@@ -54,6 +54,7 @@ impl Viewer {
                 self.clock = Clock::new(scene.time, scene.frames.1, scene.fps);
                 self.clock.playing = playing;
                 self.settings = Settings::of(name, scene);
+                self.base = self.settings.clone();
                 self.files = Files { folder, ..files };
                 (self.framing, self.recording) = (Framing::Scene, false);
                 return Ok(());

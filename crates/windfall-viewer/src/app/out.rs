@@ -58,6 +58,7 @@ impl Viewer {
                     self.rig.mode = Mode::Orbit;
                     self.stand(&key);
                 }
+                self.base = settings.base();
                 self.settings = settings;
             }
             Err(error) => self.say(true, error.to_string()),

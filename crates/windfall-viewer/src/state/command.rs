@@ -37,6 +37,20 @@ pub fn line(settings: &Settings, camera: &CameraKey, file: &str) -> (String, Opt
     (words.join(" "), saved)
 }
 
+/// The `windfall render` of a film of a scene that is saved as `file`: along its path, or as long as its own film.
+pub fn film(scene: &Scene, file: &str) -> String {
+    let end = scene.camera.last().map_or(0.0, |key| key.time);
+    let (first, last) = match (end * f64::from(scene.fps)).round() as u32 {
+        0 => scene.frames,
+        last => (0, last),
+    };
+    format!(
+        "windfall render {} --frames {first}-{last} --fps {} --out film.mp4",
+        quoted(file),
+        scene.fps
+    )
+}
+
 /// Options that make `scene` of `base`, and whether they say all of it.
 fn options(base: &Scene, scene: &Scene) -> (Vec<String>, bool) {
     let mut made = base.clone();
@@ -118,6 +132,16 @@ mod tests {
              --out picture.png"
         );
         assert_eq!(file, None);
+        let mut scene = settings.scene.clone();
+        scene.camera.push(CameraKey { time: 4.0, ..camera });
+        let seconds = (4.0 * scene.fps) as u32;
+        assert_eq!(
+            film(&scene, "a.ron"),
+            format!(
+                "windfall render a.ron --frames 0-{seconds} --fps {} --out film.mp4",
+                scene.fps
+            )
+        );
         settings.scene.wind.speed = 9.0;
         let (text, file) = line(&settings, &camera, "my forest.ron");
         assert!(text.starts_with("windfall render 'my forest.ron' --camera"), "{text}");

@@ -48,7 +48,7 @@ impl Settings {
         Some(Self::of(name, windfall_scenes::named(name)?))
     }
 
-    /// The settings to go back to by name: those of the scene as it was read.
+    /// The settings to go back to: those of the built-in scene, or for a file's the present ones.
     pub fn base(&self) -> Self {
         Self::named(&self.name).unwrap_or_else(|| self.clone())
     }

@@ -40,7 +40,7 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.act(crate::input::Action::Redo);
         }
     });
-    let base = viewer.settings.base();
+    let base = &viewer.base;
     let settings = &mut viewer.settings;
     let sections: [(&str, bool, Section); 7] = [
         ("Trees", true, controls::trees),
@@ -52,7 +52,7 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
         ("Effects", false, controls::effects),
     ];
     for (title, open, section) in sections {
-        CollapsingHeader::new(title).default_open(open).show(ui, |ui| section(ui, settings, &base));
+        CollapsingHeader::new(title).default_open(open).show(ui, |ui| section(ui, settings, base));
     }
     CollapsingHeader::new("View").show(ui, |ui| {
         controls::view(ui, settings);

@@ -22,6 +22,12 @@ pub fn report(viewer: &mut Viewer, ui: &mut Ui) {
             let hint = if file { " (save the scene as scene.ron for it)" } else { "" };
             viewer.say(false, format!("copied {line}{hint}"));
         }
+        let film = ui.button("Copy the command line of a film");
+        if film.on_hover_text("along the recorded path").clicked() {
+            let line = crate::state::command::film(&viewer.scene(), "scene.ron");
+            ui.ctx().copy_text(line.clone());
+            viewer.say(false, format!("copied {line} (save the scene as scene.ron for it)"));
+        }
     });
     ui.separator();
     ui.horizontal_wrapped(|ui| {
