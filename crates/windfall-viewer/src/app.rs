@@ -199,10 +199,12 @@ struct Drawn {
 }
 
 /// Where the camera goes when a world has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Framing {
     /// It stays.
     Stay,
+    /// There; heights of keys are above the ground of the new world.
+    At(CameraKey),
     /// Where the scene has it.
     Scene,
     /// Where it sees the trees.
@@ -239,7 +241,7 @@ impl Viewer {
             || Rig::new(glam::DVec3::new(0.0, 1.7, 30.0), glam::DVec3::new(0.0, 5.0, 0.0), 50.0),
             |key| Rig::of_key(&key, |_, _| 0.0),
         );
-        let framing = if start.camera.is_some() { Framing::Stay } else { Framing::Scene };
+        let framing = start.camera.map_or(Framing::Scene, Framing::At);
         let mut viewer = Self {
             base: start.settings.base(),
             applied: start.settings.clone(),
@@ -402,9 +404,12 @@ impl eframe::App for Viewer {
         }
         self.clock.advance(f64::from(ui.input(|i| i.unstable_dt)));
         let holding = ui.input(|input| input.pointer.any_down());
-        // What was asked for is in the picture of this frame.
+        // What was asked for is in the picture of this frame, unless it has to be loaded.
         if self.changed(&before, holding) {
             self.load(&render, ui.ctx());
+        }
+        if self.job.is_none() && self.world.is_some() {
+            self.take_place();
         }
         let before = self.settings.clone();
         ui::show(self, ui, &render);

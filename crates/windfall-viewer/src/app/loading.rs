@@ -106,8 +106,14 @@ impl Viewer {
             self.applied = of.clone();
         }
         self.good = Some((of, self.files.clone()));
+        self.take_place();
+    }
+
+    /// Puts the camera where it is to be in the world that is there.
+    pub(super) fn take_place(&mut self) {
         match std::mem::replace(&mut self.framing, Framing::Stay) {
             Framing::Stay => {}
+            Framing::At(key) => self.stand(&key),
             Framing::Scene => {
                 if let Some(key) = self.settings.scene.camera.first().copied() {
                     self.stand(&key);

@@ -53,10 +53,9 @@ impl Viewer {
             Ok((settings, camera)) => {
                 self.clock.seek(settings.scene.time);
                 self.clock.playing = false;
-                self.framing = if camera.is_some() { Framing::Stay } else { Framing::Scene };
-                if let Some(key) = camera {
+                self.framing = camera.map_or(Framing::Scene, Framing::At);
+                if camera.is_some() {
                     self.rig.mode = Mode::Orbit;
-                    self.stand(&key);
                 }
                 self.base = settings.base();
                 self.settings = settings;
