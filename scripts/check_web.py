@@ -232,25 +232,32 @@ def main():
 
     server = subprocess.Popen([windfall, "serve", folder, "--port", "0"], stderr=subprocess.PIPE, text=True)
     address = re.search(r"http://\S+", server.stderr.readline()).group()
-    with tempfile.TemporaryDirectory() as scratch:
-        software = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-unsafe-webgpu",
-                    "--ignore-gpu-blocklist", "--enable-gpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader"]
-        browser = Browser(chromium, os.path.join(scratch, "a"), *software)
-        try:
-            run(browser, address, scratch, windfall, keep, check)
-        finally:
-            keep("last.png", browser.look())
-            browser.close()
-        # A browser without WebGPU.
-        browser = Browser(chromium, os.path.join(scratch, "b"), "--disable-gpu", "--disable-features=WebGPU")
-        try:
-            browser.open(address)
-            says = browser.wait("a sentence", "document.getElementById('says')?.textContent.includes('WebGPU') && says.textContent")
-            keep("without-webgpu.png", browser.look())
-            print(f"without WebGPU: {says}")
-        finally:
-            browser.close()
-            server.kill()
+    try:
+        with tempfile.TemporaryDirectory() as scratch:
+            drive(chromium, windfall, address, scratch, keep, check)
+    finally:
+        server.kill()
+
+
+def drive(chromium, windfall, address, scratch, keep, check):
+    software = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-unsafe-webgpu",
+                "--ignore-gpu-blocklist", "--enable-gpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader"]
+    browser = Browser(chromium, os.path.join(scratch, "a"), *software)
+    try:
+        run(browser, address, scratch, windfall, keep, check)
+    finally:
+        keep("last.png", browser.look())
+        browser.close()
+    # A browser without WebGPU.
+    browser = Browser(chromium, os.path.join(scratch, "b"), "--disable-gpu", "--disable-features=WebGPU")
+    try:
+        browser.open(address)
+        says = browser.wait("a sentence",
+                            "document.getElementById('says')?.textContent.includes('WebGPU') && says.textContent")
+        keep("without-webgpu.png", browser.look())
+        print(f"without WebGPU: {says}")
+    finally:
+        browser.close()
 
 
 def run(browser, address, scratch, windfall, keep, check):
