@@ -27,11 +27,16 @@ use std::time::Duration;
 use windfall_gpu::View;
 use windfall_scenes::CameraKey;
 
+/// What is shown first where pictures are drawn by the processor: the default scene takes a third of a second there.
+const LIGHT_SCENE: &str = "lone-oak";
+
 /// How the viewer starts.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// What is shown.
     pub settings: Settings,
+    /// Whether somebody chose that; if not, a software adapter shows a scene that it can move.
+    pub chosen: bool,
     /// Where the camera stands in place of the scene's.
     pub camera: Option<CameraKey>,
     /// Files of the scene.
@@ -55,6 +60,7 @@ impl Start {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
+            chosen: true,
             camera: None,
             files: Files::default(),
             open: Vec::new(),
@@ -225,8 +231,16 @@ impl Viewer {
     ) -> Result<Self, String> {
         let render = context.wgpu_render_state.as_ref().ok_or("the window is not wgpu's")?;
         ui::style(&context.egui_ctx);
+        let chosen = start.chosen;
         let mut viewer = Self::waiting(start, shared, started);
         viewer.pace.start(render);
+        if !chosen
+            && viewer.pace.is_software()
+            && let Some(settings) = Settings::named(LIGHT_SCENE)
+        {
+            viewer.choose(settings);
+            viewer.applied = viewer.settings.clone();
+        }
         viewer.load(render, &context.egui_ctx);
         Ok(viewer)
     }
@@ -500,12 +514,19 @@ impl Viewer {
         let size = self.picture.as_ref().and_then(Picture::size).unwrap_or_default();
         let fps = self.statistics.rate();
         eprintln!(
-            "{what}: {:.2} s after the start; {drawn} pictures of {}x{}; {fps:.1} pictures/s; slowest frame of the \
-             window while loading {:.0} ms",
+            "{what}: {:.2} s after the start; {drawn} pictures of {}x{}; {fps:.1} pictures/s; budget {:.0} ms, given up \
+             {:.0} %; longest from frame to frame of the window while loading {:.0} ms",
             self.started.elapsed().as_secs_f64(),
             size.0,
             size.1,
+            self.pace.milliseconds(),
+            self.pace.saving() * 100.0,
             self.statistics.slowest_loading * 1e3,
         );
+        let passes = self.picture.iter().flat_map(|picture| &picture.passes);
+        let passes: Vec<String> = passes.map(|(name, ms)| format!("{name} {ms:.1}")).collect();
+        if !passes.is_empty() {
+            eprintln!("  GPU milliseconds of a picture: {}", passes.join(", "));
+        }
     }
 }

@@ -105,8 +105,9 @@ pub fn start(names: &[String]) -> anyhow::Result<Start> {
     }
     let default =
         || crate::state::settings::Settings::named(windfall_scenes::NAMES[0]).map(Start::new);
+    let chosen = start.is_some();
     let start = start.or_else(default).context("a default scene")?;
-    Ok(Start { open, ..start })
+    Ok(Start { open, chosen, ..start })
 }
 
 fn scene(path: &Path) -> anyhow::Result<Start> {

@@ -47,6 +47,11 @@ impl Pace {
         }
     }
 
+    /// Whether pictures are drawn by the processor.
+    pub fn is_software(&self) -> bool {
+        self.software
+    }
+
     /// Another world is shown.
     pub fn forget(&mut self) {
         self.drawn = 0;
