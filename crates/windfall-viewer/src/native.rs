@@ -107,7 +107,7 @@ pub fn start(names: &[String]) -> anyhow::Result<Start> {
         || crate::state::settings::Settings::named(windfall_scenes::NAMES[0]).map(Start::new);
     let chosen = start.is_some();
     let start = start.or_else(default).context("a default scene")?;
-    Ok(Start { open, chosen, ..start })
+    Ok(Start { chosen, open, ..start })
 }
 
 fn scene(path: &Path) -> anyhow::Result<Start> {

@@ -1,6 +1,7 @@
 //! What is around the picture: panel, timeline, plots, help.
 
 mod controls;
+mod drawing;
 mod help;
 mod panel;
 mod plots;

@@ -1,8 +1,8 @@
 //! The panel: everything that can be set.
 
-use super::controls;
 use super::plots::plots;
 use super::report::report;
+use super::{controls, drawing};
 use crate::app::Viewer;
 use crate::state::settings::Settings;
 use egui::{CollapsingHeader, Ui};
@@ -47,15 +47,15 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
         ("Season and leaves", true, controls::season),
         ("Wind", false, controls::wind),
         ("Sky", false, controls::sky),
-        ("Simplification", false, controls::detail),
-        ("Method", false, controls::method),
-        ("Effects", false, controls::effects),
+        ("Simplification", false, drawing::detail),
+        ("Method", false, drawing::method),
+        ("Effects", false, drawing::effects),
     ];
     for (title, open, section) in sections {
         CollapsingHeader::new(title).default_open(open).show(ui, |ui| section(ui, settings, base));
     }
     CollapsingHeader::new("View").show(ui, |ui| {
-        controls::view(ui, settings);
+        drawing::view(ui, settings);
         ui.horizontal(|ui| {
             let mut budget = viewer.pace.milliseconds();
             let slider = egui::Slider::new(&mut budget, 0.0..=200.0).suffix(" ms");
