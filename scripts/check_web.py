@@ -326,7 +326,7 @@ def run(browser, address, scratch, windfall, keep, check):
 
     # The interface for pages, in 30 lines.
     browser.open(address + "example.html")
-    browser.wait("the example", "document.querySelector('canvas') && globalThis.forest?.status.pictures > 0 && !forest.status.loading")
+    browser.wait("the example", "document.querySelector('canvas') && globalThis.forest?.status?.pictures > 0 && !forest.status.loading")
     keep("example.png", browser.look())
     browser.run("forest.dispose()")
     check(not browser.errors(), "in the console: " + "; ".join(browser.errors()))
