@@ -354,14 +354,14 @@ impl Viewer {
     }
 
     fn finish(&mut self, context: &egui::Context) {
-        let drawn = self.picture.as_ref().map_or(0, |picture| picture.frames);
-        // The second is begun when the first is done.
-        let done = drawn > 1 || drawn == 1 && !self.is_busy();
-        if self.first.is_none() && done {
+        // The last one that was begun may not be done.
+        let begun = self.picture.as_ref().map_or(0, |picture| picture.frames);
+        let done = begun - u64::from(self.is_busy());
+        if self.first.is_none() && done > 0 {
             self.first = Some(self.started.elapsed());
             self.report("first picture");
         }
-        if self.frames.is_some_and(|frames| drawn >= frames) && !self.is_busy() {
+        if !self.quits && self.frames.is_some_and(|frames| done >= frames) {
             self.report("last picture");
             self.quits = true;
         }
