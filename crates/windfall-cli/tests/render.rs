@@ -233,3 +233,22 @@ fn folders_on_the_way_to_the_output_are_made() {
     let left: Vec<_> = std::fs::read_dir(place.path("new/and")).unwrap().collect();
     assert_eq!(left.len(), 1, "nothing beside it");
 }
+
+#[test]
+fn a_budget_gives_up_what_it_has_to_and_no_more() {
+    let place = Place::new();
+    let saving = |budget: &str, file: &str| {
+        let text = place.succeed(&format!("render small.ron{budget} --json --out {file}"));
+        let object: Value = serde_json::from_str(&text).unwrap();
+        object["frames"][0]["saving"].as_f64()
+    };
+    assert_eq!(saving("", "plain.png"), None);
+    // More than any machine needs: nothing is given up, and the picture is the same.
+    assert_eq!(saving(" --budget 10000", "held.png"), Some(0.0));
+    assert!(place.read("plain.png") == place.read("held.png"));
+    // Less than any has.
+    assert!(saving(" --budget 0.1", "least.png").unwrap() > 0.9);
+    assert!(place.read("plain.png") != place.read("least.png"));
+    let run = place.run("render small.ron --budget 0.01 --out a.png");
+    assert!(run.code != Some(0) && run.stderr.contains("budget"), "{run:?}");
+}

@@ -109,6 +109,9 @@ impl Scene {
             number(&format!("paths[{i}].rate"), path.rate.unwrap_or(60.0), 1.0, 1e4)?;
         }
         name.number("loose_leaves", self.loose_leaves, 0, MOST_LEAVES)?;
+        if let Some(budget) = self.budget {
+            name.number("budget", budget, 0.1, 10_000.0)?;
+        }
         name.number("elimination_per_frame", self.elimination_per_frame, 1, MOST_LEAVES)?;
         let rules = self.leaf_occlusion_rules;
         name.number("leaf_occlusion_rules.one_in", rules.one_in, 1, 8)?;

@@ -165,6 +165,10 @@ pub struct Scene {
     /// Whether leaves inside of crowns are darker under the sky (VB 7.1); `None`: as `quality` says.
     #[serde(default)]
     pub ambient_occlusion: Option<bool>,
+    /// Milliseconds that a frame should take, 0.1 to 10,000: what [`windfall_gpu::FrameBudget`] gives up then depends on
+    /// the machine. `None`: frames are as they are, and the same each time.
+    #[serde(default)]
+    pub budget: Option<f32>,
     /// What the picture may cost.
     #[serde(default)]
     pub quality: QualityPreset,

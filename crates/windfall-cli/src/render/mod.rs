@@ -76,6 +76,10 @@ pub struct Args {
     /// What the picture may cost: low, medium or high
     #[arg(long, value_name = "NAME")]
     quality: Option<QualityPreset>,
+    /// Hold this time per frame, milliseconds: shadows are drawn in turns, then pixels, leaves, relief and grass are
+    /// given up, as much as this machine needs
+    #[arg(long, value_name = "MS")]
+    budget: Option<f32>,
     /// Whether leaves inside of crowns are darker under the sky: on or off; default: as the quality has it
     #[arg(long, value_name = "on|off", value_parser = parse_switch)]
     ambient_occlusion: Option<Switch>,
@@ -180,6 +184,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.ids && !output.is_exr() {
         bail!("--ids: --out {} has no place for them; .exr has", args.out);
     }
+    if scene.budget.is_some() && output.is_exr() {
+        eprintln!("note: an .exr is always drawn at full resolution, whatever the budget");
+    }
     if args.ids && scene.strategy != Strategy::Compute {
         bail!("--ids: the strategy {} does not tell leaves apart; compute does", scene.strategy);
     }
@@ -257,6 +264,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let kept = LinearOptions { clear: args.alpha, ids: args.ids };
     let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, kept));
     let mut pictures = Pictures::new(&gpu, renderer, &stage, scene.size, (sky.as_ref(), linear))?;
+    pictures.hold(scene.budget);
     gpu.check()?;
     startup.upload = since(uploading);
     let mut film = Film::begin(&output, scene.size, moments.len() as u32, scene.fps, args.alpha)?;
@@ -277,6 +285,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             transparent_sky: args.alpha,
             ..scene.view(time, &stage.forest.terrain)
         };
+        if reports.is_empty() && scene.budget.is_some() {
+            pictures.settle(&mut gpu, &view, time)?;
+        }
         let drawing = Instant::now();
         let (rgba, linear, report) = pictures.draw(&mut gpu, view, (frame, time))?;
         if reports.is_empty() {
@@ -349,6 +360,7 @@ impl Args {
         scene.fps = self.fps.unwrap_or(scene.fps);
         scene.strategy = self.strategy.unwrap_or(scene.strategy);
         scene.quality = self.quality.unwrap_or(scene.quality);
+        scene.budget = self.budget.or(scene.budget);
         if let Some(sky) = &self.sky {
             // Relative to where the user stands, whatever folder the scene is in.
             let path = std::path::absolute(sky).with_context(|| format!("--sky {sky}"))?;

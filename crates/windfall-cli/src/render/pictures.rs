@@ -6,8 +6,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
 use windfall_gpu::{
-    Capture, DebugView, Layer, Light, PictureTargets, Recording, Renderer, SkyMap, SkyPicture,
-    View, ViewState,
+    Capture, DebugView, FrameBudget, Layer, Light, PictureTargets, Recording, Renderer, SkyMap,
+    SkyPicture, View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_scenes::{PlantedStage, Stage};
@@ -34,6 +34,8 @@ pub struct FrameReport {
     triangles_full: u64,
     triangles_drawn: u64,
     lambda_total: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    saving: Option<f32>,
     cpu_ms: f64,
     gpu_ms: BTreeMap<String, f64>,
 }
@@ -47,7 +49,13 @@ pub struct Pictures {
     texture: wgpu::Texture,
     sky: Option<SkyMap>,
     linear: Option<Linear>,
+    budget: Option<FrameBudget>,
 }
+
+/// Most frames that are drawn before the first picture until a budget has settled.
+const SETTLING: u32 = 40;
+/// How little the saving changes in so many frames once it has.
+const SETTLED: (f32, usize) = (0.01, 6);
 
 impl Pictures {
     /// Uploads a stage. The renderer draws whole pictures of [`FORMAT`].
@@ -65,7 +73,28 @@ impl Pictures {
         let targets = renderer.targets(width, height)?;
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = Capture::texture(device, size, FORMAT);
-        Ok(Self { renderer, planted, state, targets, texture, sky, linear })
+        Ok(Self { renderer, planted, state, targets, texture, sky, linear, budget: None })
+    }
+
+    /// From now on a frame should take so many milliseconds; `None`: it takes what it takes.
+    pub fn hold(&mut self, budget: Option<f32>) {
+        self.budget = budget.map(|ms| FrameBudget::new(ms * 1e-3));
+    }
+
+    /// Draws the moment of the first picture until the budget has settled.
+    pub fn settle(&mut self, gpu: &mut Gpu, view: &View, time: f64) -> anyhow::Result<()> {
+        let mut savings: Vec<f32> = Vec::new();
+        for _ in 0..SETTLING {
+            self.draw(gpu, view.clone(), (0, time))?;
+            let Some(budget) = &self.budget else { return Ok(()) };
+            savings.push(budget.saving());
+            let last = &savings[savings.len().saturating_sub(SETTLED.1)..];
+            let change = last.iter().fold(0.0f32, |most, s| most.max((s - budget.saving()).abs()));
+            if last.len() == SETTLED.1 && change < SETTLED.0 {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Draws a moment: pixels, linear radiance where it is wanted, and what was drawn.
@@ -78,6 +107,10 @@ impl Pictures {
         if let Light::Sky(_, map) = &mut view.light {
             map.clone_from(&self.sky);
         }
+        if let Some(budget) = &self.budget {
+            budget.apply(&mut view);
+        }
+        let saving = self.budget.as_ref().map(FrameBudget::saving);
         let start = Instant::now();
         let Self { renderer, planted, state, targets, texture, linear, .. } = self;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -110,6 +143,7 @@ impl Pictures {
             linear.map();
         }
         gpu.wait()?;
+        let drawn_ms = start.elapsed().as_secs_f64() * 1e3;
         let counts = counts.take().context("the counts did not arrive")??;
         let rgba = capture.take().context("the picture did not arrive")??;
         let linear =
@@ -132,9 +166,15 @@ impl Pictures {
             triangles_full: totals.triangles,
             triangles_drawn: trees.triangles,
             lambda_total: trees.lambda_total(),
+            saving,
             cpu_ms,
             gpu_ms: gpu.pass_times(),
         };
+        if let Some(budget) = &mut self.budget {
+            // By the GPU's clock where it has one.
+            let ms = report.gpu_ms.get("frame").copied().unwrap_or(drawn_ms);
+            budget.frame(ms as f32 * 1e-3);
+        }
         Ok((rgba, linear.transpose()?, report))
     }
 }

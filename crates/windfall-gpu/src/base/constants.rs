@@ -55,10 +55,11 @@ shared_numbers! {
     GROUP = 4 * BLOCK;
     /// Workgroups in a row of a dispatch.
     ROW = 32_768;
-    /// Words of the forest's counters before anything else: see `Tally`.
-    TALLIES = 8;
-    /// Words of a view's counters that count leaves.
-    VIEW_TALLIES = 4;
+    /// Words of the forest's counters: see `windfall_gpu::scene::falls::Counter`.
+    TALLIES = 12;
+    /// Words of a view's counters before the arguments of its draws: leaves drawn in the air, leaves drawn on the
+    /// ground, then groups of slots to gather from, workgroups in a row for them, rows.
+    VIEW_TALLIES = 5;
     /// Words of an indirect draw.
     DRAW_WORDS = 5;
     /// Texels in a row of the path tables.
