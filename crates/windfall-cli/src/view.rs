@@ -25,9 +25,10 @@ pub struct Args {
     /// Start with time standing still
     #[arg(long)]
     paused: bool,
-    /// Time that a picture is to take at most while things move, milliseconds; 0 gives up nothing for it
-    #[arg(long, value_name = "MS", default_value_t = windfall_viewer::app::USUAL_BUDGET)]
-    budget: f32,
+    /// Time that a picture is to take at most while things move, milliseconds; 0 gives up nothing for it. Without it, the
+    /// scene's budget, or 40
+    #[arg(long, value_name = "MS")]
+    budget: Option<f32>,
 }
 
 /// Runs `windfall view`.

@@ -172,7 +172,7 @@ impl Viewer {
             recording: false,
             page: crate::page_address(),
             said: Rc::default(),
-            pace: pace::Pace::new(start.budget),
+            pace: pace::Pace::new(start.budget.or(scene.budget).unwrap_or(USUAL_BUDGET)),
             panel: start.panel,
             help: false,
             path_box: None,
@@ -271,6 +271,9 @@ impl Viewer {
         self.clock = Clock::new(scene.time, scene.frames.1, scene.fps);
         self.clock.playing = playing;
         (self.framing, self.recording) = (Framing::Scene, false);
+        if let Some(milliseconds) = scene.budget {
+            self.pace.set_milliseconds(milliseconds);
+        }
         self.base = settings.clone();
         self.settings = settings;
     }

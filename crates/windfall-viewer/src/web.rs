@@ -39,7 +39,8 @@ pub async fn start(
     let default = || Settings::named(windfall_scenes::NAMES[0]).map(|settings| (settings, None));
     let (settings, camera) = read.ok().or_else(default).ok_or("there is no scene")?;
     let files = Files { page: trees, ..Files::default() };
-    let start = Start { camera, panel, playing, budget, files, ..Start::new(settings) };
+    let start =
+        Start { camera, panel, playing, budget: Some(budget), files, ..Start::new(settings) };
     let runner = eframe::WebRunner::new();
     let (asked, status) = (Asked::default(), Arc::<Mutex<Status>>::default());
     let shared = (Rc::clone(&asked), Arc::clone(&status));

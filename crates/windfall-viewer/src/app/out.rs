@@ -3,6 +3,7 @@
 use super::{Framing, Viewer};
 use crate::picture::Pixels;
 use crate::state::camera::Mode;
+use crate::state::settings::quality_of;
 use crate::state::{command, link};
 use windfall_scenes::{CameraKey, Scene, SheddingEntry};
 
@@ -26,6 +27,9 @@ impl Viewer {
     pub(crate) fn scene(&self) -> Scene {
         let mut scene = self.settings.scene.clone();
         scene.time = self.clock.time;
+        if self.settings.quality.ambient_occlusion != quality_of(&scene).ambient_occlusion {
+            scene.ambient_occlusion = Some(self.settings.quality.ambient_occlusion);
+        }
         if !self.recording && self.rig.mode != Mode::Path {
             scene.camera = vec![CameraKey { time: 0.0, ..self.key() }];
         }

@@ -1,6 +1,5 @@
 //! What a viewer shares with who starts it and who looks on.
 
-use super::pace::USUAL;
 use crate::files::Files;
 use crate::picture::Pixels;
 use crate::state::settings::Settings;
@@ -31,8 +30,8 @@ pub struct Start {
     pub panel: bool,
     /// Whether time runs from the start.
     pub playing: bool,
-    /// Time that a picture is to take at most, milliseconds; 0 gives up nothing for it.
-    pub budget: f32,
+    /// Time that a picture is to take at most, milliseconds; 0 gives up nothing for it. `None`: the scene's, or 40.
+    pub budget: Option<f32>,
 }
 
 impl Start {
@@ -48,7 +47,7 @@ impl Start {
             timings: false,
             panel: true,
             playing: true,
-            budget: USUAL,
+            budget: None,
         }
     }
 }
