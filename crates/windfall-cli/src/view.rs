@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     start.frames = args.frames;
     start.timings = args.timings;
     start.panel = !args.no_panel;
-    start.playing = !args.paused;
+    start.playing &= !args.paused;
     start.budget = args.budget;
     native::run(start, (args.size.0 as f32, args.size.1 as f32))
 }

@@ -84,7 +84,9 @@ pub fn start(names: &[String]) -> anyhow::Result<Start> {
     for name in names {
         let made = if let Some((_, hash)) = name.split_once('#') {
             let (settings, camera) = crate::state::link::read(hash)?;
-            Some(Start { camera, ..Start::new(settings) })
+            // A link to a moment shows that moment.
+            let playing = !hash.split('&').any(|pair| pair.starts_with("time="));
+            Some(Start { camera, playing, ..Start::new(settings) })
         } else if let Some(settings) = crate::state::settings::Settings::named(name) {
             Some(Start::new(settings))
         } else if crate::files::kind(name) == Ok(crate::files::Kind::Scene) {
