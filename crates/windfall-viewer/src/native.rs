@@ -120,3 +120,43 @@ fn scene(path: &Path) -> anyhow::Result<Start> {
     path.parent().unwrap_or(Path::new("")).clone_into(&mut start.files.folder);
     Ok(start)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start_of(names: &[&str]) -> anyhow::Result<Start> {
+        start(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn the_command_line_says_what_is_shown() {
+        let default = start_of(&[]).unwrap();
+        assert!(default.settings.name == "autumn" && !default.chosen && default.playing);
+        let named = start_of(&["hillside"]).unwrap();
+        assert!(named.settings.name == "hillside" && named.chosen && named.playing);
+        let link = start_of(&["https://a.example/#scene=lone-oak&time=3&camera=0,2,9,0,5,0,50"]);
+        let link = link.unwrap();
+        assert!(!link.playing && link.settings.scene.time == 3.0);
+        assert_eq!(link.camera.unwrap().eye, (0.0, 2.0, 9.0));
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+        std::fs::write(file("a.ron"), default.settings.scene.to_ron()).unwrap();
+        std::fs::write(file("oak.glb"), b"").unwrap();
+        let both = start_of(&[&file("a.ron"), &file("oak.glb")]).unwrap();
+        assert_eq!(
+            (both.files.folder.as_path(), both.open),
+            (folder.path(), vec![file("oak.glb")])
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_named() {
+        let error = |names: &[&str]| format!("{:#}", start_of(names).unwrap_err());
+        assert!(error(&["autumn", "hillside"]).starts_with("hillside: a second scene"));
+        assert!(error(&["no-such.glb"]).starts_with("no-such.glb: there is no such file"));
+        assert!(error(&["no-such.ron"]).starts_with("no-such.ron: cannot be read"));
+        assert!(error(&["notes.doc"]).starts_with("notes.doc: is no scene"));
+        assert!(error(&["#scene=nowhere"]).contains("nowhere"));
+    }
+}

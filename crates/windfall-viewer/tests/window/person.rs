@@ -167,6 +167,15 @@ impl Person {
         self.eyes.0.lock().unwrap().pixels.clone().unwrap()
     }
 
+    /// Puts the window's pixels into the folder that `WINDFALL_LOOK` names, for somebody to look at.
+    pub fn show(&self, name: &str) {
+        let Some(folder) = std::env::var_os("WINDFALL_LOOK") else { return };
+        let pixels = self.look();
+        let [width, height] = pixels.size.map(|side| side as u32);
+        let path = Path::new(&folder).join(format!("{name}.png"));
+        image::save_buffer(path, pixels.as_raw(), width, height, image::ColorType::Rgba8).unwrap();
+    }
+
     pub fn copied(&self) -> Option<String> {
         self.eyes.0.lock().unwrap().copied.take()
     }

@@ -152,6 +152,7 @@ fn section(person: &mut Person, name: &str) -> usize {
         changed += 1;
         done.insert(next.name);
     }
+    person.show(&name.replace(' ', "-"));
     person.section(name);
     changed
 }
@@ -224,6 +225,7 @@ fn out(person: &mut Person) {
     for shown in ["leaves on the ground", "milliseconds between pictures", "λ over time"] {
         person.widget(shown);
     }
+    person.show("what-goes-on");
     person.section("What goes on");
 }
 
