@@ -32,6 +32,8 @@ pub fn all(mut person: Person) {
         step(&mut person);
         eprintln!("      {:.1} s", start.elapsed().as_secs_f64());
     }
+    let of_gpu = |errors: Vec<String>| errors.into_iter().filter(|e| e.starts_with("the GPU"));
+    assert_eq!(of_gpu(person.errors()).collect::<Vec<_>>(), Vec::<String>::new());
     person.hands().key("ctrl+q");
 }
 
