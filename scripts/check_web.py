@@ -303,6 +303,27 @@ def run(browser, address, scratch, windfall, keep, check):
     check(worst < 4.0, f"{link} shows something else: {mean:.3f}, {worst:.1f}")
     check(difference(linked, first)[0] > 1.0, "season 0.9 looks like the first picture")
 
+    # Mouse, and fingers.
+    def camera():
+        return browser.run("new URLSearchParams(windfall.link).get('camera')")
+
+    def mouse(kind, x, y, **more):
+        browser.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
+    stood = camera()
+    mouse("mousePressed", 300, 200, button="left", clickCount=1)
+    for x in (320, 340, 360):
+        mouse("mouseMoved", x, 200, button="left", buttons=1)
+        time.sleep(0.1)
+    mouse("mouseReleased", 360, 200, button="left", clickCount=1)
+    browser.wait("a turned camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}")
+    stood = camera()
+    for kind, apart in (("touchStart", 40), ("touchMove", 60), ("touchMove", 90), ("touchMove", 120), ("touchEnd", None)):
+        points = [] if apart is None else [{"x": 300 - apart, "y": 200, "id": 1}, {"x": 300 + apart, "y": 200, "id": 2}]
+        browser.send("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+        time.sleep(0.1)
+    browser.wait("a nearer camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}")
+
     # Files.
     tree = os.path.join(scratch, "aspen.glb")
     subprocess.run([windfall, "bake", "aspen", "--out", tree], check=True, stdout=subprocess.DEVNULL)
