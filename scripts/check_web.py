@@ -99,15 +99,15 @@ class Browser:
             raise Failure(f"{script}: {details.get('exception', {}).get('description', details['text'])}")
         return result["result"].get("value")
 
-    def wait(self, what, script):
-        end = time.monotonic() + PATIENCE
+    def wait(self, what, script, patience=PATIENCE):
+        end = time.monotonic() + patience
         while time.monotonic() < end:
             value = self.run(script)
             if value:
                 return value
             time.sleep(0.1)
         status = self.run("globalThis.windfall ? JSON.stringify(windfall.status) : document.body.innerText")
-        raise Failure(f"{what}: waited {PATIENCE:.0f} s for it; {status}; {self.errors()}")
+        raise Failure(f"{what}: waited {patience:.0f} s for it; {status}; {self.errors()}")
 
     def open(self, url):
         self.send("Page.navigate", url="about:blank")
@@ -316,13 +316,13 @@ def run(browser, address, scratch, windfall, keep, check):
         mouse("mouseMoved", x, 200, button="left", buttons=1)
         time.sleep(0.1)
     mouse("mouseReleased", 360, 200, button="left", clickCount=1)
-    browser.wait("a turned camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}")
+    browser.wait("a turned camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}", 20)
     stood = camera()
     for kind, apart in (("touchStart", 40), ("touchMove", 60), ("touchMove", 90), ("touchMove", 120), ("touchEnd", None)):
         points = [] if apart is None else [{"x": 300 - apart, "y": 200, "id": 1}, {"x": 300 + apart, "y": 200, "id": 2}]
         browser.send("Input.dispatchTouchEvent", type=kind, touchPoints=points)
         time.sleep(0.1)
-    browser.wait("a nearer camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}")
+    browser.wait("a nearer camera", f"new URLSearchParams(windfall.link).get('camera') != {json.dumps(stood)}", 20)
 
     # Files.
     tree = os.path.join(scratch, "aspen.glb")

@@ -35,12 +35,13 @@ pub fn hands(ui: &Ui, response: &Response, mode: Mode) -> Hands {
             }
             hands.step = hands.step.clamp(DVec3::NEG_ONE, DVec3::ONE);
         }
-        if response.hovered() || response.dragged() {
-            if let Some(touch) = input.multi_touch() {
-                hands.zoom += f64::from(touch.zoom_delta.ln());
-                let moved = touch.translation_delta / response.rect.height().max(1.0);
-                hands.shift += DVec2::new(f64::from(moved.x), f64::from(moved.y));
-            }
+        // Fingers do not hover.
+        let fingers = input.multi_touch().filter(|touch| response.rect.contains(touch.center_pos));
+        if let Some(touch) = fingers {
+            hands.zoom += f64::from(touch.zoom_delta.ln());
+            let moved = touch.translation_delta / response.rect.height().max(1.0);
+            hands.shift += DVec2::new(f64::from(moved.x), f64::from(moved.y));
+        } else if response.hovered() || response.dragged() {
             hands.zoom += f64::from(input.smooth_scroll_delta.y) * 0.003;
             hands.zoom += f64::from(input.zoom_delta().ln());
         }
