@@ -134,3 +134,66 @@ fn absolute(name: &str) -> String {
     std::path::absolute(name)
         .map_or_else(|_| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::Start;
+
+    fn viewer() -> Viewer {
+        let start = Start::new(Settings::named("lone-oak").unwrap());
+        Viewer::waiting(start, Default::default(), web_time::Instant::now())
+    }
+
+    fn open(viewer: &mut Viewer, name: &str, bytes: &[u8]) {
+        viewer.open(name, Some(Arc::from(bytes)));
+    }
+
+    #[test]
+    fn a_bad_file_shows_its_error_and_changes_nothing() {
+        for (name, bytes) in [
+            ("a.hdr", &b"#?RADIANCE\nand no more"[..]),
+            ("a.csv", b"t,x\n0,zero\n"),
+            ("a.ron", b"(version: 1, season: \"late\")"),
+            ("a.ron", b"\xff"),
+            ("a.doc", b""),
+        ] {
+            let mut viewer = viewer();
+            let before = viewer.settings.clone();
+            open(&mut viewer, name, bytes);
+            let [line] = &viewer.lines[..] else { panic!("{name}: {}", viewer.lines.len()) };
+            assert!(line.error && line.text.starts_with(name), "{}", line.text);
+            assert!(viewer.settings == before && viewer.files.dropped.is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn each_kind_of_file_takes_its_place() {
+        let mut viewer = viewer();
+        let row = |i: u8| format!("{},0,-{i},0,0,0,0", 0.1 * f64::from(i));
+        let rows: Vec<String> =
+            std::iter::once("t,x,y,z,rx,ry,rz".to_owned()).chain((0..20).map(row)).collect();
+        let path = rows.join("\n");
+        open(&mut viewer, "fall.csv", path.as_bytes());
+        open(&mut viewer, "mine.glb", b"read by a job");
+        viewer.adding = true;
+        open(&mut viewer, "other.glb", b"read by a job");
+        let scene = &viewer.settings.scene;
+        assert_eq!(
+            scene.paths.len(),
+            1,
+            "{:?}",
+            viewer.lines.iter().map(|l| &l.text).collect::<Vec<_>>()
+        );
+        assert_eq!(scene.trees.len(), 2);
+        assert!(!viewer.reload && viewer.framing == Framing::Trees);
+        viewer.adding = false;
+        open(&mut viewer, "other.glb", b"a newer one");
+        assert!(viewer.reload, "the scene is the same, the file is not");
+        let mut saved = windfall_scenes::named("hillside").unwrap();
+        saved.season = 0.9;
+        open(&mut viewer, "saved.ron", saved.to_ron().as_bytes());
+        assert_eq!(viewer.settings.scene, saved);
+        assert_eq!(viewer.base.scene, saved);
+    }
+}
