@@ -6,6 +6,9 @@ use windfall_gpu::{FrameBudget, View};
 /// Time that a picture is to take at most, milliseconds, if the user sets no other: 25 pictures a second.
 pub const USUAL: f32 = 40.0;
 
+/// Pixels for each of the window's, along a side, where all else is given up.
+const COARSE: f32 = 0.6;
+
 /// Holds the time of pictures. Each that is drawn with something given up is drawn again once all stands still.
 pub struct Pace {
     budget: FrameBudget,
@@ -13,6 +16,8 @@ pub struct Pace {
     on: bool,
     /// Whether pictures are drawn by the processor: full ones take seconds, in which the window would hang.
     software: bool,
+    /// Whether all is given up and it is not enough: then there are fewer pixels than the window has.
+    coarse: bool,
     /// Pictures of this world; the first compiles pipelines, and tells nothing.
     drawn: u32,
 }
@@ -31,8 +36,13 @@ pub enum Purpose {
 impl Pace {
     /// A budget of `milliseconds` a picture; 0 gives up nothing.
     pub fn new(milliseconds: f32) -> Self {
-        let mut pace =
-            Self { budget: FrameBudget::new(USUAL * 1e-3), on: true, software: false, drawn: 0 };
+        let mut pace = Self {
+            budget: FrameBudget::new(USUAL * 1e-3),
+            on: true,
+            software: false,
+            coarse: false,
+            drawn: 0,
+        };
         pace.set_milliseconds(milliseconds);
         pace
     }
@@ -41,9 +51,10 @@ impl Pace {
     pub fn start(&mut self, render: &RenderState) {
         self.software = render.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         if self.software {
-            for _ in 0..3 {
+            for _ in 0..4 {
                 self.budget.frame(self.budget.target * 20.0);
             }
+            self.coarse = true;
         }
     }
 
@@ -91,11 +102,24 @@ impl Pace {
         *view == wanted
     }
 
+    /// Pixels of a picture for the window's `size`.
+    pub fn pixels(&self, size: (u32, u32), purpose: Purpose) -> (u32, u32) {
+        if self.on && self.coarse && self.software && purpose == Purpose::Moving {
+            let part = |side: u32| (side as f32 * COARSE).ceil() as u32;
+            (part(size.0), part(size.1))
+        } else {
+            size
+        }
+    }
+
     /// A picture that was drawn to be seen while things move took so long, seconds.
     pub fn took(&mut self, seconds: f32) {
         self.drawn += 1;
         if self.on && self.drawn > 1 {
             self.budget.frame(seconds);
+            // Between the two, as it is: a change back and forth would be seen.
+            let saving = self.budget.saving();
+            self.coarse = saving >= 1.0 || self.coarse && saving > 0.85;
         }
     }
 }
@@ -157,5 +181,12 @@ mod tests {
         assert!(view.quality.resolution < 1.0 && view.shadow_period == 1);
         let mut view = wanted.clone();
         assert!(pace.apply(&mut view, Purpose::Kept) && view == wanted);
+        // With everything given up, and as slow as before, there are fewer pixels while things move.
+        assert_eq!(pace.pixels((100, 50), Purpose::Moving), (61, 31));
+        assert_eq!(pace.pixels((100, 50), Purpose::Still), (100, 50));
+        for _ in 0..200 {
+            pace.took(0.001);
+        }
+        assert_eq!(pace.pixels((100, 50), Purpose::Moving), (100, 50));
     }
 }

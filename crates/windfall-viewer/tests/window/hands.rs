@@ -2,7 +2,6 @@
 
 use egui::Pos2;
 use std::process::Command;
-use std::time::Duration;
 
 /// The window's identifier.
 pub struct Hands {
@@ -13,10 +12,6 @@ fn xdotool(words: &[&str]) -> String {
     let output = Command::new("xdotool").args(words).output().expect("xdotool runs");
     assert!(output.status.success(), "xdotool {words:?}: {output:?}");
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
-}
-
-fn rest() {
-    std::thread::sleep(Duration::from_millis(60));
 }
 
 #[expect(clippy::unused_self, reason = "hands are on a window before they act")]
@@ -33,52 +28,31 @@ impl Hands {
     /// Presses keys together, as `ctrl+s`.
     pub fn key(&self, keys: &str) {
         xdotool(&["key", keys]);
-        rest();
     }
 
-    /// Holds a key down.
-    pub fn hold(&self, key: &str, time: Duration) {
+    pub fn key_down(&self, key: &str) {
         xdotool(&["keydown", key]);
-        std::thread::sleep(time);
+    }
+
+    pub fn key_up(&self, key: &str) {
         xdotool(&["keyup", key]);
-        rest();
     }
 
     pub fn write(&self, text: &str) {
         xdotool(&["type", "--delay", "8", text]);
-        rest();
     }
 
     pub fn point(&self, at: Pos2) {
         xdotool(&["mousemove", &at.x.round().to_string(), &at.y.round().to_string()]);
-        rest();
     }
 
-    pub fn click(&self, at: Pos2) {
-        self.point(at);
-        xdotool(&["mousedown", "1"]);
-        // A finger is not faster.
-        rest();
-        xdotool(&["mouseup", "1"]);
-        rest();
-    }
-
-    /// Drags with a button: 1 left, 3 right.
-    pub fn drag(&self, button: &str, from: Pos2, to: Pos2) {
-        self.point(from);
+    /// Presses a button: 1 left, 3 right; 4 turns the wheel away from the hand.
+    pub fn press(&self, button: &str) {
         xdotool(&["mousedown", button]);
-        rest();
-        self.point(from.lerp(to, 0.5));
-        self.point(to);
-        xdotool(&["mouseup", button]);
-        rest();
     }
 
-    /// Turns the wheel: 4 away from the hand, 5 towards it.
-    pub fn wheel(&self, button: &str, at: Pos2) {
-        self.point(at);
-        xdotool(&["click", "--repeat", "3", button]);
-        rest();
+    pub fn release(&self, button: &str) {
+        xdotool(&["mouseup", button]);
     }
 
     pub fn resize(&self, width: u32, height: u32) {

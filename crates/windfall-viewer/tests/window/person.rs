@@ -52,6 +52,44 @@ impl Person {
         self.hands.get_or_insert_with(|| Hands::on("Windfall"))
     }
 
+    /// Does something with the hands, and waits until the window has seen it: what falls together in one frame of a
+    /// slow machine is another gesture.
+    fn act(&mut self, act: impl FnOnce(&Hands)) {
+        act(self.hands());
+        self.frames();
+    }
+
+    /// Presses keys together, as `ctrl+s`.
+    pub fn key(&mut self, keys: &str) {
+        self.act(|hands| hands.key(keys));
+    }
+
+    /// Holds a key down.
+    pub fn hold(&mut self, key: &str, time: Duration) {
+        self.act(|hands| hands.key_down(key));
+        std::thread::sleep(time);
+        self.act(|hands| hands.key_up(key));
+    }
+
+    pub fn write(&mut self, text: &str) {
+        self.act(|hands| hands.write(text));
+    }
+
+    pub fn click_at(&mut self, at: Pos2) {
+        self.act(|hands| hands.point(at));
+        self.act(|hands| hands.press("1"));
+        self.act(|hands| hands.release("1"));
+    }
+
+    /// Drags with a button: 1 left, 3 right.
+    pub fn drag(&mut self, button: &str, from: Pos2, to: Pos2) {
+        self.act(|hands| hands.point(from));
+        self.act(|hands| hands.press(button));
+        self.act(|hands| hands.point(from.lerp(to, 0.5)));
+        self.act(|hands| hands.point(to));
+        self.act(|hands| hands.release(button));
+    }
+
     pub fn status<T>(&self, get: impl FnOnce(&Status) -> T) -> T {
         get(&self.status.lock().unwrap())
     }
@@ -101,14 +139,13 @@ impl Person {
 
     pub fn click(&mut self, name: &str) {
         let at = self.widget(name).rect.center();
-        self.hands().click(at);
-        self.frames();
+        self.click_at(at);
     }
 
     /// Opens or closes a section of the panel, by its triangle.
     pub fn section(&mut self, name: &str) {
         let at = self.widget(name).rect.left_center() + egui::vec2(12.0, 0.0);
-        self.hands().click(at);
+        self.click_at(at);
         // It unfolds.
         std::thread::sleep(Duration::from_millis(250));
         self.frames();
@@ -125,8 +162,7 @@ impl Person {
     pub fn set(&mut self, label: &str, part: f32) {
         let rect = self.slider(label).rect;
         let at = Pos2::new(rect.left() + part * rect.width(), rect.center().y);
-        self.hands().click(at);
-        self.frames();
+        self.click_at(at);
     }
 
     /// Where the forest is.
@@ -138,7 +174,7 @@ impl Person {
     /// Presses keys after which something is written; its name.
     fn save(&mut self, keys: &str) -> PathBuf {
         let notes = self.status(|s| s.notes.len());
-        self.hands().key(keys);
+        self.key(keys);
         self.wait("saved", |person| person.status(|s| s.notes.len() > notes));
         let note = self.status(|s| s.notes.last().cloned()).unwrap();
         self.saved += 1;
@@ -182,11 +218,11 @@ impl Person {
 
     /// Opens a file by its name, as Ctrl+O does.
     pub fn open(&mut self, name: &str) {
-        self.hands().key("ctrl+o");
+        self.key("ctrl+o");
         self.widget("Open");
         self.frames();
-        self.hands().write(name);
-        self.hands().key("Return");
+        self.write(name);
+        self.key("Return");
         self.wait("the box closes", |person| person.find("Open").is_none());
         self.settle();
     }

@@ -34,7 +34,7 @@ pub fn all(mut person: Person) {
     }
     let of_gpu = |errors: Vec<String>| errors.into_iter().filter(|e| e.starts_with("the GPU"));
     assert_eq!(of_gpu(person.errors()).collect::<Vec<_>>(), Vec::<String>::new());
-    person.hands().key("ctrl+q");
+    person.key("ctrl+q");
 }
 
 /// The window and its picture are what they were when somebody looked at them.
@@ -67,7 +67,7 @@ fn target(scene: &Scene) -> DVec3 {
 fn camera(person: &mut Person) {
     let middle = person.forest().center();
     let before = person.scene();
-    person.hands().drag("1", middle, middle + vec2(70.0, 20.0));
+    person.drag("1", middle, middle + vec2(70.0, 20.0));
     let turned = person.scene();
     assert!(eye(&turned).distance(eye(&before)) > 1.0 && turned.camera[0].eye.1 > 0.0);
     let kept = target(&turned).distance(target(&before));
@@ -77,23 +77,26 @@ fn camera(person: &mut Person) {
         before.camera,
         turned.camera
     );
-    person.hands().wheel("4", middle);
+    for _ in 0..3 {
+        person.hands().press("4");
+        person.hands().release("4");
+    }
     std::thread::sleep(Duration::from_millis(300));
     let nearer = person.scene();
     let distance = |s: &Scene| eye(s).distance(target(s));
     assert!(distance(&nearer) < distance(&turned) - 0.1);
-    person.hands().drag("3", middle, middle + vec2(0.0, 60.0));
+    person.drag("3", middle, middle + vec2(0.0, 60.0));
     assert!(target(&person.scene()).y > target(&nearer).y + 0.1, "the view goes up");
-    person.hands().key("2");
-    person.hands().hold("w", Duration::from_millis(500));
+    person.key("2");
+    person.hold("w", Duration::from_millis(500));
     let walked = person.scene();
     assert!((walked.camera[0].eye.1 - 1.7).abs() < 0.05, "{:?}", walked.camera[0].eye);
-    person.hands().key("3");
-    person.hands().hold("e", Duration::from_millis(500));
+    person.key("3");
+    person.hold("e", Duration::from_millis(500));
     let flown = person.scene();
     assert!(flown.camera[0].eye.1 > walked.camera[0].eye.1 + 0.5, "{:?}", flown.camera[0].eye);
-    person.hands().key("1");
-    person.hands().key("f");
+    person.key("1");
+    person.key("f");
 }
 
 fn now(person: &Person) -> f64 {
@@ -103,9 +106,9 @@ fn now(person: &Person) -> f64 {
 
 fn time(person: &mut Person) {
     let at_start = now(person);
-    person.hands().key("space");
+    person.key("space");
     person.wait("time runs", |person| person.status(|s| s.time) > at_start + 0.3);
-    person.hands().key("space");
+    person.key("space");
     person.set("time", 0.7);
     let late = now(person);
     assert!(late > 150.0, "{late}");
@@ -114,10 +117,10 @@ fn time(person: &mut Person) {
     assert!(now(person) < 60.0);
     assert_ne!(person.picture(), then, "leaves fall");
     let back = now(person);
-    person.hands().key("period");
+    person.key("period");
     assert!((now(person) - back - 1.0 / 30.0).abs() < 0.02);
-    person.hands().key("comma");
-    person.hands().key("Home");
+    person.key("comma");
+    person.key("Home");
     assert_eq!(now(person), 0.0);
 }
 
@@ -177,9 +180,9 @@ fn controls(person: &mut Person) {
     person.section("Trees");
     person.click("Add a species");
     assert_eq!(seed(person), trees + 1);
-    person.hands().key("ctrl+z");
+    person.key("ctrl+z");
     assert_eq!(seed(person), trees);
-    person.hands().key("ctrl+shift+z");
+    person.key("ctrl+shift+z");
     assert_eq!(seed(person), trees + 1);
     person.section("Trees");
     again(person);
@@ -197,14 +200,14 @@ fn again(person: &mut Person) {
         person.widgets().into_iter().find(|w| w.role == Role::ComboBox && w.rect.top() < 30.0)
     };
     let at = list(person).expect("scenes").rect.center();
-    person.hands().click(at);
+    person.click_at(at);
     person.frames();
     let entry = person
         .widgets()
         .into_iter()
         .find(|w| w.role == Role::Button && w.name == "lone-oak" && w.rect.top() > at.y + 10.0);
     let entry = entry.expect("lone-oak in the list").rect.center();
-    person.hands().click(entry);
+    person.click_at(entry);
     person.settle();
 }
 
@@ -219,7 +222,7 @@ fn out(person: &mut Person) {
     person.click("Bookmark this view");
     let middle = person.forest().center();
     let before = person.scene();
-    person.hands().drag("1", middle, middle + vec2(50.0, 0.0));
+    person.drag("1", middle, middle + vec2(50.0, 0.0));
     person.click("1");
     assert!(eye(&person.scene()).distance(eye(&before)) < 1e-3, "the bookmark leads back");
     person.section("Pictures, links, paths");
@@ -277,27 +280,27 @@ fn files(person: &mut Person) {
 
 fn path(person: &mut Person) {
     let middle = person.forest().center();
-    person.hands().key("Home");
-    person.hands().key("r");
+    person.key("Home");
+    person.key("r");
     person.click("moment");
-    person.hands().write("0:02");
-    person.hands().key("Return");
+    person.write("0:02");
+    person.key("Return");
     person.frames();
-    person.hands().drag("1", middle, middle + vec2(60.0, 0.0));
-    person.hands().key("r");
+    person.drag("1", middle, middle + vec2(60.0, 0.0));
+    person.key("r");
     let scene = person.scene();
     let keys = scene.camera;
     assert!(keys.len() == 2 && keys[1].time > keys[0].time, "{keys:?}");
     let eye = |key: &CameraKey| DVec3::from(key.eye);
     assert!(eye(&keys[0]).distance(eye(&keys[1])) > 0.5);
-    person.hands().key("Home");
-    person.hands().key("4");
-    person.hands().key("space");
+    person.key("Home");
+    person.key("4");
+    person.key("space");
     person.wait("half of the path", |person| person.status(|s| s.time) > keys[1].time * 0.5);
-    person.hands().key("space");
+    person.key("space");
     // In the middle of the path the camera is at neither end of it.
-    person.hands().key("1");
-    person.hands().key("b");
+    person.key("1");
+    person.key("b");
     person.section("Pictures, links, paths");
     person.click("Copy the command line");
     let line = person.copied().unwrap();
@@ -310,14 +313,14 @@ fn path(person: &mut Person) {
 }
 
 fn leaf(person: &mut Person) {
-    person.hands().key("1");
+    person.key("1");
     let forest = person.forest();
     let mut thrown = 0;
     // The crown is about the middle; not each pixel of it is a leaf.
     for i in 0..8 {
         let at =
             forest.center() + vec2((i % 4) as f32 * 16.0 - 24.0, (i / 4) as f32 * -20.0 - 20.0);
-        person.hands().click(at);
+        person.click_at(at);
         person.frames();
         thrown = person.status(|s| s.notes.iter().filter(|n| n.ends_with("falls")).count());
         if thrown > 0 {
@@ -342,23 +345,23 @@ fn resize(person: &mut Person) {
 }
 
 fn large(person: &mut Person) {
-    person.hands().key("F1");
+    person.key("F1");
     person.widget("play, pause");
-    person.hands().key("F1");
+    person.key("F1");
     let context = person.status(|s| s.context.clone()).unwrap();
     context.set_theme(egui::Theme::Light);
     for _ in 0..10 {
-        person.hands().key("ctrl+plus");
+        person.key("ctrl+plus");
     }
     person.section("Season and leaves");
     window(person, "window-in-large-letters");
-    person.hands().key("m");
+    person.key("m");
     person.frames();
     assert!(person.forest().width() > 600.0);
     // The scrubber is still in the window.
     let time = person.widget("time").rect;
     assert!(time.right() <= SIZE.0 as f32 && time.width() > 120.0, "{time:?}");
-    person.hands().key("m");
-    person.hands().key("ctrl+0");
+    person.key("m");
+    person.key("ctrl+0");
     person.hands().point(Pos2::new(5.0, 5.0));
 }
