@@ -23,11 +23,12 @@ const WALK: [(Key, [f64; 3]); 10] = [
 /// What hands do with the picture, shown as `response`, in this frame.
 pub fn hands(ui: &Ui, response: &Response, mode: Mode) -> Hands {
     let mut hands = Hands::default();
+    let shortcut = shortcut(ui, response.id.with("shortcut"));
     let typing = ui.memory(|memory| memory.focused().is_some_and(|id| id != response.id));
     ui.input(|input| {
         hands.elapsed = f64::from(input.stable_dt);
         hands.fast = input.modifiers.shift;
-        if !typing && !input.modifiers.command {
+        if !typing && !shortcut {
             for (key, [right, up, ahead]) in WALK {
                 if input.key_down(key) {
                     hands.step += DVec3::new(right, up, ahead);
@@ -59,6 +60,17 @@ pub fn hands(ui: &Ui, response: &Response, mode: Mode) -> Hands {
         hands.turn = moved * if mode == Mode::Orbit { TURN } else { -TURN * 0.5 };
     }
     hands
+}
+
+/// Whether keys that walk are part of a shortcut, as S of Ctrl+S is: until all are let go, also when Ctrl is first.
+fn shortcut(ui: &Ui, id: egui::Id) -> bool {
+    let (command, walks) = ui
+        .input(|input| (input.modifiers.command, WALK.iter().any(|(key, _)| input.key_down(*key))));
+    ui.data_mut(|data| {
+        let known = data.get_temp_mut_or_default::<bool>(id);
+        *known = walks && (*known || command);
+        *known
+    })
 }
 
 /// What a key does beside walking.
@@ -143,4 +155,42 @@ pub fn actions(ui: &Ui) -> Vec<Action> {
             .collect()
     };
     ui.input_mut(take)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Event, RawInput};
+
+    /// Steps of a frame in which keys are pressed or let go while Ctrl is held or not.
+    fn step(context: &egui::Context, ctrl: bool, keys: &[(Key, bool)]) -> DVec3 {
+        let modifiers = if ctrl { Modifiers::COMMAND } else { Modifiers::NONE };
+        let event = |&(key, pressed): &(Key, bool)| Event::Key {
+            key,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers,
+        };
+        let events = keys.iter().map(event).collect();
+        let input = RawInput { modifiers, events, ..RawInput::default() };
+        let mut step = DVec3::ZERO;
+        let _ = context.run_ui(input, |ui| {
+            let response = ui.allocate_response(egui::vec2(9.0, 9.0), egui::Sense::drag());
+            step = hands(ui, &response, Mode::Walk).step;
+        });
+        step
+    }
+
+    #[test]
+    fn a_shortcut_does_not_walk() {
+        let context = egui::Context::default();
+        assert_eq!(step(&context, false, &[(Key::S, true)]), DVec3::NEG_Z);
+        assert_eq!(step(&context, false, &[(Key::S, false)]), DVec3::ZERO);
+        assert_eq!(step(&context, true, &[(Key::S, true)]), DVec3::ZERO);
+        // Ctrl is let go before S.
+        assert_eq!(step(&context, false, &[]), DVec3::ZERO);
+        assert_eq!(step(&context, false, &[(Key::S, false)]), DVec3::ZERO);
+        assert_eq!(step(&context, false, &[(Key::S, true)]), DVec3::NEG_Z);
+    }
 }
