@@ -34,7 +34,8 @@ pub fn all(mut person: Person) {
     }
     let of_gpu = |errors: Vec<String>| errors.into_iter().filter(|e| e.starts_with("the GPU"));
     assert_eq!(of_gpu(person.errors()).collect::<Vec<_>>(), Vec::<String>::new());
-    person.key("ctrl+q");
+    // No frame follows.
+    person.hands().key("ctrl+q");
 }
 
 /// The window and its picture are what they were when somebody looked at them.
