@@ -23,7 +23,7 @@ pub fn line(settings: &Settings, camera: &CameraKey, file: &str) -> (String, Opt
             Some(scene.clone())
         }
     };
-    let number = |v: f64| ((v * 1e4).round() / 1e4).to_string();
+    let number = |v: f64| ((v * 1e4).round() / 1e4 + 0.0).to_string();
     let place = |p: (f64, f64, f64)| [p.0, p.1, p.2].map(number).join(",");
     words.push(format!("--camera {} {} {}", place(camera.eye), place(camera.target), camera.fov));
     words.push(format!("--time {}", number(camera.time)));

@@ -64,7 +64,7 @@ pub fn write(settings: &Settings, camera: Shot) -> String {
     }
     if let Some(CameraKey { eye, target, fov, .. }) = camera {
         let numbers = [eye.0, eye.1, eye.2, target.0, target.1, target.2, f64::from(fov)];
-        let round = |v: f64| ((v * 1e4).round() / 1e4).to_string();
+        let round = |v: f64| ((v * 1e4).round() / 1e4 + 0.0).to_string();
         pairs.push(("camera".into(), numbers.map(round).join(",")));
     }
     let mut hash = String::new();
