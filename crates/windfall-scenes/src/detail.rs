@@ -8,8 +8,8 @@ use crate::check::SceneName;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::ser::{SerializeStruct, Serializer};
 use std::fmt;
-use windfall_core::InputError;
 use windfall_core::simplify::{FadeRange, Reduction, Simplification};
+use windfall_core::{InputError, InputErrorKind};
 
 /// Name that a file may give the list, before its parenthesis.
 const NAME: &str = "DetailEntry";
@@ -135,6 +135,27 @@ impl<'de> Visitor<'de> for Options {
     }
 }
 
+/// Reads what `detail` of a scene says, `h: 0.7, fade: Opacity`, with or without its parentheses. What it leaves out is
+/// as in [`Simplification::DEFAULT`].
+///
+/// # Errors
+///
+/// Keys that there are not, values that are not theirs or out of range; `name` is that of the text.
+pub fn read_detail(text: &str, name: &str) -> Result<Simplification, InputError> {
+    let inner = text.trim();
+    let inner = inner.strip_prefix('(').and_then(|t| t.strip_suffix(')')).unwrap_or(inner);
+    let malformed = |place: String, cause: String| {
+        InputError::new(name, place, InputErrorKind::Malformed, cause)
+    };
+    let text = format!("({inner})");
+    let mut file = ron::Deserializer::from_str(&text)
+        .map_err(|e| malformed(String::new(), e.code.to_string()))?;
+    let detail = deserialize(&mut file).map_err(|e| malformed(String::new(), e.to_string()))?;
+    file.end().map_err(|e| malformed(String::new(), e.to_string()))?;
+    check(&detail, &SceneName(name), "detail")?;
+    Ok(detail)
+}
+
 impl Scene {
     pub(crate) fn check_detail(&self, scene: &SceneName<'_>) -> Result<(), InputError> {
         check(&self.detail, scene, "detail")?;
@@ -183,6 +204,17 @@ mod tests {
         match ron::from_str::<Alone>(&format!("({text})")) {
             Ok(alone) => Ok(alone.0),
             Err(error) => Err(error.code.to_string()),
+        }
+    }
+
+    #[test]
+    fn options_are_read_alone() {
+        let smooth = read_detail("h: 0.7, fade: Opacity", "--detail").unwrap();
+        assert_eq!((smooth.h, smooth.fade.by), (0.7, FadeBy::Opacity));
+        assert_eq!(read_detail("(h: 0.7, fade: Opacity)", "--detail").unwrap(), smooth);
+        for (text, cause) in [("h: 2", "detail.h"), ("hh: 1", "`hh`"), ("h 1", "colon")] {
+            let error = read_detail(text, "--detail").unwrap_err().to_string();
+            assert!(error.contains("--detail") && error.contains(cause), "{error}");
         }
     }
 

@@ -27,6 +27,7 @@ mod throw;
 pub use choices::{
     Culling, Elimination, LandingSearch, QualityPreset, Strategy, TimeUnit, UnknownChoice,
 };
+pub use detail::read_detail;
 pub use falling::{FallEntry, PathEntry, VariationEntry};
 pub use named::{NAMES, named};
 pub use planted::{PlantedStage, StageCounts, StageError, StageReadback};

@@ -24,6 +24,7 @@ use windfall_host::device::{Gpu, run_jobs};
 use windfall_host::image::{RgbaImage, parse_size};
 use windfall_scenes::{
     CameraKey, Culling, Elimination, LandingSearch, Model, QualityPreset, Scene, Strategy,
+    read_detail,
 };
 
 /// Arguments of `windfall render`.
@@ -88,7 +89,13 @@ pub struct Args {
     sky: Option<String>,
     #[command(flatten)]
     throw: ThrowArgs,
-    /// Share of its size at which a tree is drawn with half of its leaves, 0 (all) to 0.99
+    /// How trees are simplified, every option of the paper as in a scene's detail: 'fade: Opacity, smooth: true'. What
+    /// it leaves out is as by default
+    #[arg(long, value_name = "OPTIONS")]
+    detail: Option<String>,
+    /// Share of its size at which a tree is drawn with half of its leaves, 0 (all) to 0.99. Leaves grow to twice
+    /// their length or four pixels at most (growth_factor, growth_pixels of --detail), and no fewer are drawn than that
+    /// allows: above 0.7 a larger share changes little
     #[arg(long, value_name = "SHARE")]
     h: Option<f32>,
     /// Distance up to which trees are drawn in full, metres
@@ -385,6 +392,9 @@ impl Args {
             scene.camera = vec![camera_key(eye, target, fov)?];
         }
         scene.culling = self.culling.unwrap_or(scene.culling);
+        if let Some(detail) = &self.detail {
+            scene.detail = read_detail(detail, "--detail")?;
+        }
         scene.detail.h = self.h.unwrap_or(scene.detail.h);
         if let Some(d0) = self.d0 {
             scene.detail.reduction = Reduction::Distance { d0 };

@@ -111,3 +111,33 @@ fn nothing_pops_when_the_camera_comes_nearer() {
         }
     }
 }
+
+/// A walk from 60 m to 2 m past a tree, of which short pieces are watched in fine steps: no piece has a step that
+/// stands out.
+#[test]
+fn nothing_pops_on_the_way_past_a_tree() {
+    let species = Species::ALL.iter().map(|species| {
+        let mut tree = species.grow_with(1, 1500);
+        prepare(&mut tree);
+        (species.to_string(), tree)
+    });
+    for (name, tree) in species.chain([("cards".to_owned(), masked())]) {
+        let (scene, shot) = alone(tree);
+        let Projection::Perspective { fov_y, .. } = shot.view.camera.projection else {
+            unreachable!()
+        };
+        let target = shot.view.camera.eye - DVec3::new(0.0, 0.0, 13.0);
+        for from in [60.0, 32.0, 17.0, 9.0, 4.0, 2.1] {
+            let way = (0..14).map(|i| {
+                let mut shot = shot.clone();
+                let away = from * 0.999f64.powi(i);
+                // Past the trunk, looking ahead.
+                let eye = target + DVec3::new(0.3, 0.0, away);
+                shot.view.camera =
+                    Camera::look_at(eye, eye - DVec3::new(0.0, 0.0, 10.0), fov_y, 0.1);
+                shot
+            });
+            calm(&format!("{name} from {from} m"), &steps(&scene, way));
+        }
+    }
+}
