@@ -19,7 +19,9 @@ mod plot;
 mod realtime;
 mod scenery;
 mod simplification;
-mod statistics;
+pub mod statistics;
+
+pub use plot::register_font as register_plot_font;
 
 /// Arguments of `windfall bench`.
 #[derive(clap::Args)]

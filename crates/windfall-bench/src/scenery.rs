@@ -1,6 +1,6 @@
 //! Stages, cameras and light as measurements need them.
 
-use glam::{Mat4, Vec3};
+use glam::Mat4;
 use windfall_core::forest::{Forest, Instance, Terrain};
 use windfall_core::tree::Tree;
 use windfall_gpu::{Camera, Falls, Light, Projection, Sky, View};
@@ -24,14 +24,7 @@ pub fn stage(trees: Vec<Tree>, forest: Forest, falls: Falls) -> Stage {
 
 /// One tree on level ground.
 pub fn single_tree(tree: Tree) -> Stage {
-    let instance = Instance {
-        model: 0,
-        position: Vec3::ZERO,
-        yaw: 0.0,
-        scale: 1.0,
-        season_offset: 0.0,
-        seed: 1,
-    };
+    let instance = Instance::alone(0, 1);
     let forest = Forest { terrain: Terrain::flat(), instances: vec![instance] };
     stage(vec![tree], forest, Falls::none())
 }

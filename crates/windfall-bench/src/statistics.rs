@@ -5,8 +5,11 @@ use serde::{Deserialize, Serialize};
 /// Median and quartiles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quartiles {
+    /// A quarter of the values is below it.
     pub low: f64,
+    /// Half of them.
     pub median: f64,
+    /// Three quarters.
     pub high: f64,
 }
 
@@ -37,12 +40,14 @@ impl std::fmt::Display for Quartiles {
 
 /// The straight line through points with the least sum of squared errors.
 pub struct LinearFit {
+    /// Rise for each step of one.
     pub slope: f64,
     /// Coefficient of determination, 1 for points on a line.
     pub r2: f64,
 }
 
 impl LinearFit {
+    /// Through two or more points, not all above each other.
     pub fn of(points: &[(f64, f64)]) -> Self {
         let n = points.len() as f64;
         let mean = |get: fn(&(f64, f64)) -> f64| points.iter().map(get).sum::<f64>() / n;
@@ -68,5 +73,7 @@ mod tests {
         // y = 1 + 2x
         let fit = LinearFit::of(&[(0.0, 1.0), (1.0, 3.0), (3.0, 7.0)]);
         assert!((fit.slope - 2.0).abs() < 1e-12 && fit.r2 > 0.999_999);
+        let noise = LinearFit::of(&[(0.0, 1.0), (1.0, -1.0), (2.0, 1.0), (3.0, -1.0)]);
+        assert!(noise.r2 < 0.3);
     }
 }

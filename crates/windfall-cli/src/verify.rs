@@ -3,6 +3,7 @@
 use crate::path::verify::{table, tables};
 use anyhow::{Result, ensure};
 use std::io::Write;
+use windfall_bench::statistics::{LinearFit, Quartiles};
 use windfall_core::forest::{Instance, Terrain};
 use windfall_core::glam::Vec3;
 use windfall_core::light::leaf::diffuse;
@@ -145,14 +146,7 @@ fn landings(tree: &Tree, winds: &[Wind]) -> Vec<(f64, f32)> {
     let fall = |wind| Fall::new(&paths, &ground, wind, Variation::default(), settings);
     let falls: Vec<Fall<'_>> = winds.iter().map(|&wind| fall(wind)).collect();
     let group = paths.group(&tree.name).unwrap_or(0);
-    let instance = Instance {
-        model: 0,
-        position: Vec3::ZERO,
-        yaw: 0.0,
-        scale: 1.0,
-        season_offset: 0.0,
-        seed: 1,
-    };
+    let instance = Instance::alone(0, 1);
     let height = tree.bounds().1.y;
     let leaves = (0..).zip(&tree.foliage.leaves);
     leaves
@@ -163,24 +157,6 @@ fn landings(tree: &Tree, winds: &[Wind]) -> Vec<(f64, f32)> {
             (f64::from(landing.position.with_y(0.0).length()), leaf.center.y / height)
         })
         .collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// Coefficient of determination of the straight line through points.
-fn r2(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for p in points {
-        xx += (p.0 - x).powi(2);
-        xy += (p.0 - x) * (p.1 - y);
-        yy += (p.1 - y).powi(2);
-    }
-    xy * xy / (xx * yy)
 }
 
 fn litter() -> Vec<Check> {
@@ -212,14 +188,14 @@ fn litter() -> Vec<Check> {
     let birch = landings(&Species::Birch.grow_with(1, 5000), &[wind(LIGHT_WIND, 0.3)]);
     let of = |from: f32, to: f32| {
         let some = birch.iter().filter(|l| (from..to).contains(&l.1)).map(|l| l.0);
-        median(some.collect())
+        Quartiles::of(&some.collect::<Vec<_>>()).median
     };
     vec![
         within(
             "maple: log10 of leaves per area over distance, r2",
             "above 0.9",
             (0.9, 1.0),
-            r2(&rings.collect::<Vec<_>>()),
+            LinearFit::of(&rings.collect::<Vec<_>>()).r2,
         ),
         within("maple: share within its height", "most", (0.5, 1.0), share),
         within(
@@ -235,13 +211,6 @@ fn litter() -> Vec<Check> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_line_is_determined_by_its_points_and_noise_is_not() {
-        assert!(r2(&[(0.0, 1.0), (1.0, 3.0), (3.0, 7.0)]) > 0.999);
-        assert!(r2(&[(0.0, 1.0), (1.0, -1.0), (2.0, 1.0), (3.0, -1.0)]) < 0.3);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-    }
 
     #[test]
     fn what_is_off_is_told_and_what_holds_is_not() {

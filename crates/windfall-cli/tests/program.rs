@@ -171,3 +171,32 @@ fn memory_does_not_grow_with_frames() {
         assert!(growth[0].as_f64().unwrap() < 50.0, "{growth:?}");
     }
 }
+
+/// The rows that are off are those that the error counts; each row says what its numbers do.
+#[test]
+fn verify_fails_where_figures_are_off() {
+    let run = Place::new().run("verify --falls 10");
+    let (mut off, mut judged) = (0, 0);
+    for line in run.stdout.lines() {
+        let holds = line.trim_end().ends_with(" ok");
+        if !holds && !line.contains(" off by ") {
+            continue;
+        }
+        off += usize::from(!holds);
+        // "0.77 ±25%     0.7249  ok"
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let Some(at) = words.iter().position(|word| word.starts_with('±')) else { continue };
+        let number = |word: &str| word.trim_matches(['±', '%']).parse::<f64>().unwrap();
+        let [published, tolerance, value] = [at - 1, at, at + 1].map(|i| number(words[i]));
+        let apart = (value / published - 1.0).abs() - tolerance / 100.0;
+        // Published figures are printed rounded.
+        if apart.abs() > 0.02 {
+            judged += 1;
+            assert_eq!(apart < 0.0, holds, "{line}");
+        }
+    }
+    assert!(judged > 10, "{}", run.stdout);
+    let told = format!("{off} figures are outside of their range");
+    assert_eq!(run.code, Some(i32::from(off > 0)), "{}", run.stderr);
+    assert!(off == 0 || run.stderr.contains(&told), "{off} off: {}", run.stderr);
+}

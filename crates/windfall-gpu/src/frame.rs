@@ -147,6 +147,7 @@ impl Renderer {
         });
         loose.copy_count(encoder, Counter::LandingGroups);
         loose.copy_count(encoder, Counter::AwakeGroups);
+        loose.copy_count(encoder, Counter::AllGroups);
         timing.compute_pass(encoder, "land", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
             self.falls.solve_landings(pass, loose);

@@ -2,13 +2,13 @@
 
 use crate::active_leaves::{ActiveLeaves, ListMoment, fall_of};
 use crate::arena::{Arena, BLOCK_SIZE, Region, Upload};
-use crate::layer::ListOptions;
 use crate::look::{airborne_leaf, litter_leaf};
-use crate::options::Strategy;
+use crate::options::{ListOptions, Strategy};
 use crate::pass::PublishedPasses;
 use crate::pass::occlusion::Visibility;
 use crate::shared::{FallingLeaf, LitterLeaf};
 use crate::streams::Streams;
+use glam::UVec4;
 use wgpu::util::DeviceExt;
 use windfall_core::foliage::LeafShape;
 use windfall_gpu::internals::shared::{FallFrame, Model, TreeList};
@@ -105,6 +105,55 @@ pub struct LeafTexture {
     pub group: wgpu::BindGroup,
 }
 
+/// Samples of the paths of a forest as tables have them: a path's once for each of its continuity points.
+pub fn path_samples(forest: &Forest) -> u32 {
+    tables(forest.falls(), forest.local_wind(), forest.terrain(), &[]).1.low_table
+}
+
+/// Positions and orientations of samples as two one-dimensional textures (VB 3.3), of a texel at least. `grain` is the
+/// unit of positions, metres.
+fn path_textures(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    samples: &[UVec4],
+    grain: f32,
+) -> [wgpu::TextureView; 2] {
+    // As path_samples.wgsl reads them: 21 bits of x and z, 22 of y.
+    let position = |t: &UVec4| {
+        let place = [t.x, t.x << 21 | (t.y & 0x7ff) << 10, t.y].map(|word| word as i32);
+        [place[0] >> 11, place[1] >> 10, place[2] >> 11, 0].map(|whole| whole as f32 * grain)
+    };
+    let orientation = |t: &UVec4| {
+        let part = |word: u32| (f32::from(word as u16 as i16) / 32767.0).max(-1.0);
+        [part(t.z), part(t.z >> 16), part(t.w), part(t.w >> 16)]
+    };
+    let view = |label, texel: &dyn Fn(&UVec4) -> [f32; 4]| {
+        let mut texels: Vec<[f32; 4]> = samples.iter().map(texel).collect();
+        texels.resize(samples.len().max(1), [0.0; 4]);
+        let texture = device.create_texture_with_data(
+            queue,
+            &wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d {
+                    width: texels.len() as u32,
+                    height: 1,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D1,
+                format: POSITIONS,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            wgpu::util::TextureDataOrder::LayerMajor,
+            bytemuck::cast_slice(&texels),
+        );
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    };
+    [view("path positions", &position), view("path orientations", &orientation)]
+}
+
 /// Why lists of this size cannot be kept: what would be too large, what it would be, and the device's limit.
 pub type TooLarge = (&'static str, u64, u64);
 
@@ -159,6 +208,12 @@ impl LeafBuffers {
         let models: Vec<Model> = streams.models.iter().map(|model| model.uniform).collect();
         let (mut table, constants) =
             tables(forest.falls(), forest.local_wind(), forest.terrain(), &models);
+        let samples: &[UVec4] = if passes.options().one_dimensional() {
+            &table[..constants.low_table as usize]
+        } else {
+            &[]
+        };
+        let paths = path_textures(device, queue, samples, constants.path_grain);
         let mut shapes = Vec::new();
         for batch in &streams.batches {
             for small in [false, true] {
@@ -179,7 +234,7 @@ impl LeafBuffers {
         });
         let mut out = Self {
             strategy: passes.strategy(),
-            tables_group: passes.tables_group(&uniform, &table_view(device, queue, table)),
+            tables_group: passes.tables_group(&uniform, &table_view(device, queue, table), &paths),
             lists: ActiveLeaves::new(
                 device,
                 streams,

@@ -1,31 +1,14 @@
 //! The loose leaves of a forest, drawn by a published strategy.
 
 pub use crate::active_leaves::LeafCounts;
-use crate::buffers::{LeafBuffers, check_size};
-use crate::options::{Elimination, Strategy};
+use crate::buffers::{LeafBuffers, check_size, path_samples};
+use crate::options::{ListOptions, Strategy};
 use crate::pass::PublishedPasses;
 use crate::pass::occlusion::TALLY_BYTES;
 use crate::streams::Streams;
 use std::sync::Arc;
 use windfall_gpu::internals::Readback;
 use windfall_gpu::{DebugView, Forest, Layer, LayerFrame, Recording, SceneTextures};
-
-/// How the lists of leaves are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ListOptions {
-    /// Most leaves in the air and on the ground together, as [`windfall_gpu::Falls::capacity`]: beyond it those that
-    /// have lain longest vanish. Default 1,000,000.
-    pub capacity: u32,
-    /// When landed leaves become static geometry.
-    pub elimination: Elimination,
-}
-
-impl Default for ListOptions {
-    fn default() -> Self {
-        let capacity = windfall_gpu::Falls::default().capacity;
-        Self { capacity, elimination: Elimination::default() }
-    }
-}
 
 /// Why a forest's leaves cannot be drawn by a published strategy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -39,6 +22,17 @@ pub enum PublishedError {
     DrawnTwice {
         /// The forest's [`windfall_gpu::Falls::capacity`].
         capacity: u32,
+    },
+    /// The paths do not fit into one-dimensional textures.
+    #[error(
+        "the paths have {samples} samples, once for each of their continuity points; a one-dimensional texture has at most \
+         {limit}: take fewer or shorter paths, or `PathData::Table`"
+    )]
+    LongPaths {
+        /// Samples of all paths.
+        samples: u32,
+        /// The device's limit.
+        limit: u32,
     },
     /// The lists do not fit on the device.
     #[error(
@@ -83,8 +77,9 @@ impl PublishedFalls {
     ///
     /// # Errors
     ///
-    /// [`PublishedError`], if the forest draws its loose leaves itself, or lists of `options.capacity` leaves would
-    /// not fit on the device. If a forest outgrows the device later, fewer leaves are kept.
+    /// [`PublishedError`], if the forest draws its loose leaves itself, or lists of `options.capacity` leaves or the
+    /// paths would not fit on the device. If a forest outgrows the device later, fewer leaves are kept; none with paths
+    /// that are too long.
     pub fn new(
         passes: &Arc<PublishedPasses>,
         forest: &Forest,
@@ -93,6 +88,13 @@ impl PublishedFalls {
         let capacity = forest.falls().capacity;
         if capacity > 0 {
             return Err(PublishedError::DrawnTwice { capacity });
+        }
+        if passes.options().one_dimensional() {
+            let samples = path_samples(forest);
+            let limit = passes.device.limits().max_texture_dimension_1d;
+            if samples > limit {
+                return Err(PublishedError::LongPaths { samples, limit });
+            }
         }
         let streams = Streams::new(forest, options.capacity);
         let strategy = passes.strategy();
@@ -138,6 +140,11 @@ impl PublishedFalls {
         }
         let limits = self.passes.device.limits();
         let mut capacity = self.options.capacity;
+        if self.passes.options().one_dimensional()
+            && path_samples(forest) > limits.max_texture_dimension_1d
+        {
+            capacity = 0;
+        }
         let mut streams = Streams::new(forest, capacity);
         while capacity > 0 && check_size(&limits, &streams, self.passes.strategy()).is_err() {
             capacity /= 2;

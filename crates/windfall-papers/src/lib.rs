@@ -46,8 +46,8 @@ mod pass;
 mod shared;
 mod streams;
 
-pub use layer::{
-    LeafCounts, ListOptions, OcclusionCounts, OcclusionReadback, PublishedError, PublishedFalls,
+pub use layer::{LeafCounts, OcclusionCounts, OcclusionReadback, PublishedError, PublishedFalls};
+pub use options::{
+    Elimination, LandingSearch, LeafOcclusion, ListOptions, PassOptions, PathData, Strategy,
 };
-pub use options::{Elimination, LandingSearch, LeafOcclusion, PassOptions, Strategy};
 pub use pass::{MODULES, PublishedPasses};

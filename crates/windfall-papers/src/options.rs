@@ -66,6 +66,19 @@ pub enum LandingSearch {
     InShader,
 }
 
+/// Where [`Strategy::Vertex`] reads the samples of paths; the other strategies read [`PathData::Table`]. Pictures do not
+/// depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum PathData {
+    /// With all other tables in one two-dimensional texture, a texel of whole numbers for each sample. The default.
+    #[default]
+    Table,
+    /// As in VB 3.3: in two one-dimensional textures, positions and orientations, a texel of `f32` for each sample. Paths
+    /// may have as many samples together as such a texture texels, 8192 on most devices; a path counts once for each of
+    /// its continuity points. The built-in set has more. Orientations are quaternions; VB has angles.
+    OneDimensional,
+}
+
 /// Leaves in the air that are not seen are skipped for some frames (leaf occlusion, VB 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LeafOcclusion {
@@ -102,14 +115,21 @@ pub struct PassOptions {
     pub strategy: Strategy,
     /// Who looks for landings.
     pub landing: LandingSearch,
+    /// Where samples of paths are read.
+    pub paths: PathData,
     /// Leaf occlusion, if leaves are skipped. It needs fragment shaders that store.
     pub occlusion: Option<LeafOcclusion>,
 }
 
 impl PassOptions {
+    /// Whether samples of paths are read from one-dimensional textures.
+    pub(crate) fn one_dimensional(self) -> bool {
+        self.strategy == Strategy::Vertex && self.paths == PathData::OneDimensional
+    }
+
     /// A strategy with landings searched ahead, without leaf occlusion.
     pub fn new(strategy: Strategy) -> Self {
-        Self { strategy, landing: LandingSearch::Ahead, occlusion: None }
+        Self { strategy, landing: LandingSearch::Ahead, paths: PathData::Table, occlusion: None }
     }
 }
 
@@ -162,6 +182,23 @@ impl FromStr for Elimination {
             .into_iter()
             .find(|e| e.name() == name)
             .ok_or_else(|| UnknownName::new("elimination", name, &Self::ALL.map(Self::name)))
+    }
+}
+
+/// How the lists of leaves are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ListOptions {
+    /// Most leaves in the air and on the ground together, as [`windfall_gpu::Falls::capacity`]: beyond it those that
+    /// have lain longest vanish. Default 1,000,000.
+    pub capacity: u32,
+    /// When landed leaves become static geometry.
+    pub elimination: Elimination,
+}
+
+impl Default for ListOptions {
+    fn default() -> Self {
+        let capacity = windfall_gpu::Falls::default().capacity;
+        Self { capacity, elimination: Elimination::default() }
     }
 }
 

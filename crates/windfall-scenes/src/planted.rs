@@ -95,7 +95,8 @@ impl Stage {
         }
         let published = strategy.map(|strategy| {
             let landing = self.landing_search.published();
-            let options = PassOptions { strategy, landing, occlusion: self.leaf_occlusion };
+            let occlusion = self.leaf_occlusion;
+            let options = PassOptions { landing, occlusion, ..PassOptions::new(strategy) };
             let passes = PublishedPasses::new(device, options);
             let elimination = self.elimination.published(self.elimination_per_frame);
             let options = ListOptions { capacity: self.falls.capacity, elimination };

@@ -4,10 +4,12 @@
 mod floor;
 mod instanced;
 mod mesh;
+mod submission;
 
 pub use floor::Floor;
 pub use instanced::InstancedBaseline;
 pub use mesh::MeshBaseline;
+pub use submission::{Submission, Submitted};
 
 use glam::Mat4;
 use wgpu::util::DeviceExt;
@@ -102,6 +104,7 @@ fn attachment(
     (width, height): (u32, u32),
     sample_count: u32,
 ) -> wgpu::TextureView {
+    let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("baseline"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -109,7 +112,7 @@ fn attachment(
         sample_count,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        usage: if sample_count > 1 { drawn } else { drawn | wgpu::TextureUsages::COPY_SRC },
         view_formats: &[],
     });
     texture.create_view(&wgpu::TextureViewDescriptor::default())

@@ -3,7 +3,7 @@
 use super::workload::{overview, shower};
 use super::{Args, POSE_PASSES, WARM_UP};
 use crate::harness::Harness;
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::statistics::{LinearFit, Quartiles};
 use serde::Serialize;
 use windfall_host::device::Gpu;
@@ -66,7 +66,12 @@ impl Counts {
             name: name.to_owned(),
             points: self.points.iter().map(|p| (p.0 as f64, get(p))).collect(),
         };
-        let lines = [line("pose pass", |p| p.1), line("whole frame", |p| p.2)];
-        plot::lines("Cost against leaves in the air, logarithmic", "leaves", "ms", &lines, true)
+        let plot = Plot {
+            title: "Cost against leaves in the air, logarithmic".into(),
+            axes: ["leaves", "ms"],
+            log: true,
+            lines: vec![line("pose pass", |p| p.1), line("whole frame", |p| p.2)],
+        };
+        plot.svg()
     }
 }

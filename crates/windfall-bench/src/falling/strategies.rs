@@ -3,7 +3,7 @@
 use super::workload::{grove, walkthrough};
 use super::{Args, WARM_UP};
 use crate::harness::{FrameMeasurement, Harness, upload_models};
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::statistics::Quartiles;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -226,5 +226,5 @@ pub fn plot(rows: &[StrategyRow], args: &Args) -> anyhow::Result<String> {
             .collect(),
     });
     let title = format!("Frame cost over the walk, {}", rows[0].strategy);
-    plot::lines(&title, "s", "ms", &lines.collect::<Vec<_>>(), false)
+    Plot { title, axes: ["s", "ms"], log: false, lines: lines.collect() }.svg()
 }

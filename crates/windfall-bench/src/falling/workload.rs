@@ -13,7 +13,7 @@ use windfall_tree::Species;
 /// Frames of the whole walk, 30 per second (VB: "more than 3000").
 const WALK_FRAMES: f32 = 3000.0;
 
-/// Seven trees with 800 thousand triangles, as in VB 6.3.
+/// Seven trees with about a million triangles; VB 6.3 has 800 thousand.
 pub fn grove() -> Stage {
     grove_of(7, 7400)
 }

@@ -1,16 +1,18 @@
 //! VB: the walk about seven trees (2008: table 1, figures 6 and 7; 2007: figure 6), and table 1 of 2007.
 
-use super::Plot;
+use super::NamedPlot;
 use super::report::{Row, Table};
+use super::scenes::triangles;
 use crate::falling::workload::{grove, grove_of, walkthrough};
 use crate::harness::{FrameMeasurement, Harness, PlantedView, upload_models};
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::statistics::Quartiles;
 use std::sync::Arc;
+use windfall_core::path::PathSet;
 use windfall_gpu::Falls;
 use windfall_host::device::Gpu;
 use windfall_papers::{
-    Elimination, LandingSearch, LeafOcclusion, ListOptions, PassOptions, PublishedFalls,
+    Elimination, LandingSearch, LeafOcclusion, ListOptions, PassOptions, PathData, PublishedFalls,
     PublishedPasses, Strategy,
 };
 use windfall_scenes::Stage;
@@ -30,6 +32,7 @@ struct Method {
     strategy: Option<Strategy>,
     elimination: bool,
     occlusion: bool,
+    paths: PathData,
 }
 
 const fn method(
@@ -37,7 +40,7 @@ const fn method(
     strategy: Option<Strategy>,
     [elimination, occlusion]: [bool; 2],
 ) -> Method {
-    Method { name, strategy, elimination, occlusion }
+    Method { name, strategy, elimination, occlusion, paths: PathData::Table }
 }
 
 /// The published methods as they were published: landings are searched in the shader.
@@ -65,7 +68,8 @@ impl Method {
         let falls = Falls { capacity: 0, ..stage.falls.clone() };
         let mut planted = harness.plant(gpu, &Stage { falls, ..stage.clone() }, models)?;
         let occlusion = (self.occlusion && gpu.fragment_stores).then(LeafOcclusion::default);
-        let options = PassOptions { strategy, landing: LandingSearch::InShader, occlusion };
+        let (landing, paths) = (LandingSearch::InShader, self.paths);
+        let options = PassOptions { strategy, landing, paths, occlusion };
         let passes = Arc::new(PublishedPasses::new(&gpu.device, options));
         let elimination = if self.elimination {
             // As many tests as the frames that are left out would have had.
@@ -115,7 +119,7 @@ pub fn walk(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Vec<Table>> {
     let (size, samples) = if quick { ((320, 180), 12) } else { ((640, 360), 100) };
     let stride = FRAMES / samples;
@@ -148,9 +152,11 @@ pub fn walk(
     }
     let find = |name: &str| walks.iter().find(|w| w.name == name);
     let scene = format!(
-        "{samples} of {FRAMES} frames of a walk about 7 trees of 800 thousand triangles at {}x{}; 12,000 leaves thrown \
+        "{samples} of {FRAMES} frames of a walk about 7 trees of {} thousand triangles at {}x{}; 12,000 leaves thrown \
          evenly; landings searched in the shader, elimination of {TESTED} leaves a frame",
-        size.0, size.1
+        triangles(&stage) / 1000,
+        size.0,
+        size.1
     );
     let none = Row {
         name: "no leaves in movement".into(),
@@ -165,7 +171,7 @@ pub fn walk(
         });
         std::iter::once(none.clone()).chain(of).collect::<Vec<Row>>()
     };
-    let file = |name: &str| format!("papers/{name}-{number}.svg");
+    let file = |name: &str| format!("papers/{name}-{number}");
     let seconds = |i: usize| (i + 1) as f64 * f64::from(stride);
     let line = |name: &str, values: Vec<f64>| Line {
         name: name.to_owned(),
@@ -176,24 +182,25 @@ pub fn walk(
     };
     let mut lines: Vec<Line> = walks.iter().map(|w| line(w.name, rates(&w.frames))).collect();
     lines.extend(walks.first().map(|w| line("no leaves in movement", rates(&w.still))));
-    plots.push((
-        file("walk"),
-        plot::lines("Frames per second over the walk", "frame", "frames/s", &lines, false)?,
-    ));
+    let plot = |title: &str, y, lines| Plot {
+        title: title.to_owned(),
+        axes: ["frame", y],
+        log: false,
+        lines,
+    };
+    plots.push((file("walk"), plot("Frames per second over the walk", "frames/s", lines)));
     let figure7 = find("fragment, elimination, occlusion").map(|walk| {
         let count = |get: fn(&FrameMeasurement) -> u64| {
             walk.frames.iter().map(|m| get(m) as f64).collect::<Vec<f64>>()
         };
-        let lines = [
+        let lines = vec![
             line("thrown", count(|m| m.counts.falling + m.counts.landed)),
             line("in the list", count(|m| m.counts.falling)),
             line("drawn of these", count(|m| m.counts.falling_drawn)),
         ];
-        plot::lines("Leaves thrown and drawn", "frame", "leaves", &lines, false)
+        plot("Leaves thrown and drawn", "leaves", lines)
     });
-    if let Some(svg) = figure7 {
-        plots.push((file("leaves"), svg?));
-    }
+    plots.extend(figure7.map(|plot| (file("leaves"), plot)));
     let half_seen = find("fragment, elimination, occlusion").map(|walk| {
         let sum = |get: fn(&FrameMeasurement) -> u64| walk.frames.iter().map(get).sum::<u64>();
         let drawn =
@@ -259,6 +266,67 @@ pub fn walk(
     ])
 }
 
+/// Section 3.3 of 2008: path data in two one-dimensional textures, and with all other tables in one.
+pub fn path_data(gpu: &mut Gpu, quick: bool) -> anyhow::Result<Table> {
+    let (size, frames, falling) =
+        if quick { ((320, 180), 5, 2000) } else { ((640, 360), 15, 5000) };
+    println!("section 3.3 of 2008");
+    let harness = Harness::new(gpu, size)?;
+    let mut stage = grove_of(4, 3000);
+    // One path for all leaves.
+    stage.falls.paths = PathSet::new(stage.falls.paths.paths()[..1].to_vec())?;
+    stage.keep_falling(falling);
+    let models = upload_models(gpu, &stage)?;
+    let ways = [
+        ("one two-dimensional texture with all tables", PathData::Table),
+        ("two one-dimensional textures", PathData::OneDimensional),
+    ];
+    let mut planted = Vec::new();
+    for (_, paths) in ways {
+        let of = Method { paths, ..method("", Some(Strategy::Vertex), [true, false]) };
+        planted.push(of.plant(gpu, &harness, (&stage, &models), 1)?);
+    }
+    let mut times = [Vec::new(), Vec::new()];
+    let mut in_list = 0;
+    for frame in 0..frames + 2 {
+        let seconds = 8.0 + f64::from(frame) / 30.0;
+        let view = walkthrough(&stage, seconds);
+        for (planted, times) in planted.iter_mut().zip(&mut times) {
+            let measured = harness.measure(gpu, planted, (seconds, &view))?;
+            in_list = measured.counts.falling;
+            // Pipelines are compiled at the first.
+            if frame >= 2 {
+                times.push(measured.wall_ms);
+            }
+        }
+    }
+    let times = times.map(|times| Quartiles::of(&times));
+    let rows = ways.into_iter().zip(times).map(|((name, _), ms)| Row {
+        name: name.into(),
+        ms,
+        measured: Some(times[0].median / ms.median),
+        printed: None,
+        notes: format!("{in_list} in the list"),
+    });
+    Ok(Table {
+        id: "vb2008-3.3".into(),
+        title: "VB 2008, section 3.3: where path data are".into(),
+        scene: format!(
+            "Strategy vertex, one path of {} samples, landings searched in the shader, elimination, {}x{}",
+            stage.falls.paths.paths()[0].positions().len(),
+            size.0,
+            size.1
+        ),
+        ratio: "frame rate over one texture".into(),
+        rows: rows.collect(),
+        remark: "The paper has two one-dimensional textures and compares them with nothing. One texture needs a fetch for a \
+                 sample instead of two and holds longer paths than a one-dimensional texture may; the paper's layout needs \
+                 no unpacking."
+            .into(),
+        plot: None,
+    })
+}
+
 /// Trees, leaves in the air and frames per second.
 const TABLE_1: [(u32, u32, f64); 12] = [
     (1, 0, 36.97),
@@ -284,15 +352,7 @@ pub fn table_of_2007(gpu: &mut Gpu, quick: bool) -> anyhow::Result<Table> {
         println!("table 1 of 2007: {trees} trees");
         let base = grove_of(trees, 8300);
         let models = upload_models(gpu, &base)?;
-        let triangles: u64 = base
-            .forest
-            .instances
-            .iter()
-            .map(|i| {
-                let tree = &base.trees[i.model as usize];
-                (tree.foliage.triangle_count() + tree.wood.indices.len() / 3) as u64
-            })
-            .sum();
+        let triangles = triangles(&base);
         let mut without = f64::NAN;
         for (_, leaves, printed) in TABLE_1.into_iter().filter(|row| row.0 == trees) {
             let mut stage = base.clone();

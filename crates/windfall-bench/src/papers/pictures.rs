@@ -5,17 +5,17 @@ use crate::falling::workload::{grove_of, walkthrough};
 use crate::harness::{Harness, ImageTarget};
 use crate::scenery::{edit_sky, single_tree};
 use crate::simplification::workload::paper_simplification;
-use glam::DVec3;
+use glam::{DVec3, Mat4};
 use std::path::Path;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::Tree;
-use windfall_gpu::{Camera, DebugView, Quality, View};
+use windfall_gpu::{Camera, DebugView, Projection, Quality, View};
 use windfall_host::device::Gpu;
 use windfall_scenes::Stage;
 use windfall_tree::Species;
 
-/// Where the camera of figure 2 stands, metres: so far away that its lens draws nearly orthographically.
-const FAR: f32 = 400.0;
+/// Half the side of the square that figure 2 shows, of the tree's extent.
+const MARGIN: f32 = 0.55;
 
 /// Draws all of them into `folder`/papers.
 pub fn draw(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Figure>> {
@@ -25,31 +25,35 @@ pub fn draw(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<F
     Ok(figures)
 }
 
-/// A stage with one tree, and a view of it from far away.
-fn alone(tree: Tree) -> (Stage, View) {
+/// A stage with one tree, an orthographic view of it, and half of what that shows, metres.
+fn alone(tree: Tree) -> (Stage, View, f32) {
     let (low, high) = tree.bounds();
     let middle = (low + high) * 0.5;
-    let half = 0.55 * (high - low).max_element();
+    let half = MARGIN * (high - low).max_element();
     let stage = single_tree(tree);
     let target = middle.as_dvec3();
-    let eye = target + DVec3::Z * f64::from(FAR);
-    let camera = Camera::look_at(eye, target, 2.0 * (half / FAR).atan(), 1.0);
+    let eye = target + DVec3::Z * f64::from(2.0 * half);
+    // Depth is 1 near: the planes change places.
+    let flat = Mat4::orthographic_rh(-half, half, -half, half, 4.0 * half, 0.0);
+    let projection = Projection::Matrix(flat);
+    let camera = Camera { projection, ..Camera::look_at(eye, target, 1.0, 1.0) };
     // The tree alone: no air, and nothing behind it.
     let quality = Quality { backdrop: false, ..Quality::HIGH };
     let mut view = View { shadows: false, quality, ..View::new(camera) };
     edit_sky(&mut view, |sky| sky.haze = 0.0);
-    (stage, view)
+    (stage, view, half)
 }
 
 /// SFS, figure 2: one model in full, and with a tenth of its leaves.
 fn simplified(gpu: &mut Gpu, folder: &Path, number: usize) -> anyhow::Result<Vec<Figure>> {
     let size = (300, 300);
     let harness = Harness::new(gpu, size)?;
-    let (stage, view) = alone(Species::Oak.grow_with(1, 20_000));
+    let (stage, view, half) = alone(Species::Oak.grow_with(1, 20_000));
     let mut planted = harness.upload(gpu, &stage)?;
     let target = ImageTarget::new(gpu, &harness.renderer, size, 1)?;
-    // With h = 1/2, lambda is the square of d0 over the distance.
-    let tenth = paper_simplification(0.5, FAR * 0.1f32.sqrt());
+    // With h = 1/2, lambda is the square of d0 over the distance from which a usual camera sees as much.
+    let pixels = 0.5 * size.1 as f32 / half;
+    let tenth = paper_simplification(0.5, Camera::USUAL_PIXELS / pixels * 0.1f32.sqrt());
     let no_contrast = Simplification { color_contrast: false, shading_contrast: false, ..tenth };
     let neither = Simplification { area_preservation: false, ..no_contrast };
     let mut figures = Vec::new();

@@ -62,7 +62,7 @@ pub struct Table {
     pub rows: Vec<Row>,
     /// What agrees, what differs, and why.
     pub remark: String,
-    /// A plot beside the report.
+    /// A plot beside the report: its files without `.svg` and `.png`.
     pub plot: Option<String>,
 }
 
@@ -123,7 +123,7 @@ impl Table {
             );
         }
         if let Some(plot) = &self.plot {
-            let _ = writeln!(out, "\n![{}]({plot})", self.title);
+            let _ = writeln!(out, "\n![{}]({plot}.svg)", self.title);
         }
         let _ = writeln!(out, "\n{}\n", self.remark);
     }
@@ -149,7 +149,7 @@ pub mod tests {
             ratio: "frame rate".into(),
             rows: vec![row],
             remark: "Agrees.".into(),
-            plot: Some("papers/t.svg".into()),
+            plot: Some("papers/t".into()),
         };
         let figure = Figure { title: "Trees".into(), file: "papers/trees.png".into() };
         let adapter = AdapterReport {

@@ -1,9 +1,9 @@
 //! SFS: figure 5 over h, and the comparisons of section 4.2.
 
-use super::Plot;
+use super::NamedPlot;
 use super::report::{Row, Table};
 use crate::harness::{Harness, PlantedView};
-use crate::plot::{self, Line};
+use crate::plot::{Line, Plot};
 use crate::simplification::workload::{
     bisect, forest, lambda_total, paper_simplification, ring, vertex_count, view_across,
     view_from_ring_center, visible_trees,
@@ -12,19 +12,20 @@ use crate::statistics::Quartiles;
 use windfall_core::simplify::Simplification;
 use windfall_gpu::{Culling, View};
 use windfall_host::device::Gpu;
+use windfall_scenes::Stage;
 use windfall_tree::species::papers10;
 
 /// Vertices of the scene of figure 5 and of figure 1 in view, millions.
 const FIGURE_5: f64 = 15.8;
 /// The total level of detail of figure 1, at h = 0.7.
-const FIGURE_1: f64 = 0.06;
+pub const FIGURE_1: f64 = 0.06;
 
 /// All of its tables.
 pub fn measure(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Vec<Table>> {
     Ok(vec![over_h(gpu, quick, number, plots)?, culling(gpu, quick)?])
 }
@@ -48,25 +49,40 @@ fn frames_ms(
     Ok((Quartiles::of(&ms), drawn))
 }
 
+/// The forest of figure 5, and the view of it.
+pub struct Figure5 {
+    pub stage: Stage,
+    /// With which as many vertices are in view as the paper has, radians.
+    pub fov: f32,
+    /// With which h = 0.7 keeps what figure 1 does, metres.
+    pub d0: f32,
+}
+
+/// Finds the view of figure 5 for pictures of a size.
+pub fn figure_5_scene(size: (u32, u32)) -> Figure5 {
+    let stage = forest(papers10().to_vec(), 1000);
+    let fov = bisect(0.02, 2.5, FIGURE_5 * 1e6, |fov| {
+        vertex_count(&stage, &view_across(&stage, fov, Simplification::NONE), size)
+    });
+    let d0 = bisect(1.0, 400.0, FIGURE_1, |d0| {
+        lambda_total(&stage, &view_across(&stage, fov, paper_simplification(0.7, d0)), size)
+    });
+    Figure5 { stage, fov, d0 }
+}
+
 /// Figures 1, 3 and 5: total level of detail and frame rate over h.
 fn over_h(
     gpu: &mut Gpu,
     quick: bool,
     number: usize,
-    plots: &mut Vec<Plot>,
+    plots: &mut Vec<NamedPlot>,
 ) -> anyhow::Result<Table> {
     let size = if quick { (400, 300) } else { (800, 600) };
     let frames = if quick { 3 } else { 5 };
     println!("figure 5 of SFS");
     let harness = Harness::new(gpu, size)?;
-    let stage = forest(papers10().to_vec(), 1000);
+    let Figure5 { stage, fov, d0 } = figure_5_scene(size);
     let none = Simplification::NONE;
-    let fov = bisect(0.02, 2.5, FIGURE_5 * 1e6, |fov| {
-        vertex_count(&stage, &view_across(&stage, fov, none), size)
-    });
-    let d0 = bisect(1.0, 400.0, FIGURE_1, |d0| {
-        lambda_total(&stage, &view_across(&stage, fov, paper_simplification(0.7, d0)), size)
-    });
     let mut planted = harness.upload(gpu, &stage)?;
     let mut rows = Vec::new();
     let (mut lambdas, mut rates) = (Vec::new(), Vec::new());
@@ -94,16 +110,17 @@ fn over_h(
             notes: format!("total lambda {lambda:.3}"),
         });
     }
-    let file = format!("papers/over-h-{number}.svg");
+    let file = format!("papers/over-h-{number}");
     let most = rates.iter().map(|r| r.1).fold(0.0, f64::max);
-    let lines = [
+    let lines = vec![
         Line { name: "total lambda".into(), points: lambdas },
         Line {
             name: "frame rate, of the highest".into(),
             points: rates.iter().map(|r| (r.0, r.1 / most)).collect(),
         },
     ];
-    plots.push((file.clone(), plot::lines("Figure 5: over h", "h", "", &lines, false)?));
+    let plot = Plot { title: "Figure 5: over h".into(), axes: ["h", ""], log: false, lines };
+    plots.push((file.clone(), plot));
     let view = view_across(&stage, fov, none);
     Ok(Table {
         id: "sfs-figure5".into(),

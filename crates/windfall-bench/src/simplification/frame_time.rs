@@ -7,7 +7,7 @@ use super::workload::{
 use super::{Args, WARM_UP};
 use crate::baseline::MeshBaseline;
 use crate::harness::{Harness, PlantedView};
-use crate::plot::failed;
+use crate::plot::{failed, register_font};
 use crate::scenery::clip_from_world;
 use crate::statistics::Quartiles;
 use plotters::prelude::*;
@@ -182,6 +182,7 @@ impl LeafCost {
 impl FrameTimes {
     /// SFS, figure 5: the total level of detail and frames per second over h.
     pub fn plot(&self) -> anyhow::Result<String> {
+        register_font()?;
         let mut svg = String::new();
         {
             let root = SVGBackend::with_string(&mut svg, (900, 420)).into_drawing_area();

@@ -14,6 +14,7 @@ const TO: RGBColor = RGBColor(40, 90, 210);
 
 /// SVG of a path, 1200 by 900.
 pub fn draw(path: &FallPath) -> Result<String> {
+    windfall_bench::register_plot_font()?;
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (1200, 900)).into_drawing_area();

@@ -46,6 +46,7 @@ pub fn draw(path: &FallPath, count: u32, drop: f32, paper: Option<u16>) -> Resul
                 .collect()
         })
         .collect();
+    windfall_bench::register_plot_font()?;
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (1200, 900)).into_drawing_area();

@@ -37,6 +37,11 @@ pub struct Instance {
 }
 
 impl Instance {
+    /// A tree at the origin as its model is: neither turned nor scaled.
+    pub fn alone(model: u32, seed: u32) -> Self {
+        Self { model, position: Vec3::ZERO, yaw: 0.0, scale: 1.0, season_offset: 0.0, seed }
+    }
+
     /// A point of the tree model in the world.
     pub fn world_from_tree(&self, point: Vec3) -> Vec3 {
         self.position + self.rotation() * point * self.scale

@@ -56,7 +56,7 @@ shared_numbers! {
     /// Workgroups in a row of a dispatch.
     ROW = 32_768;
     /// Words of the forest's counters: see `windfall_gpu::scene::falls::Counter`.
-    TALLIES = 12;
+    TALLIES = 16;
     /// Words of a view's counters before the arguments of its draws: leaves drawn in the air, leaves drawn on the
     /// ground, then groups of slots to gather from, workgroups in a row for them, rows.
     VIEW_TALLIES = 5;

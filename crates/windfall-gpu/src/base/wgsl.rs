@@ -15,6 +15,8 @@ pub mod text {
     pub const SIMPLIFY: &str = include_str!("wgsl/simplify.wgsl");
     /// Path tables and terrain in a texture.
     pub const TABLES: &str = include_str!("wgsl/tables.wgsl");
+    /// Samples of paths in that texture.
+    pub const PATH_SAMPLES: &str = include_str!("wgsl/path_samples.wgsl");
     /// When leaves detach.
     pub const SHED: &str = include_str!("wgsl/shed.wgsl");
     /// Where a falling leaf is.

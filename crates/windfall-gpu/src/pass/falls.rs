@@ -11,6 +11,7 @@ pub const FALLS: Module = Module {
     source: |settings| {
         let sources = [
             text::TABLES,
+            text::PATH_SAMPLES,
             text::SHED,
             text::POSE,
             text::LOOSE,
@@ -26,8 +27,10 @@ pub struct Falls {
     update_windows: wgpu::ComputePipeline,
     collect_detached: wgpu::ComputePipeline,
     wake: wgpu::ComputePipeline,
+    choose: wgpu::ComputePipeline,
     solve_landings: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
+    pose_listed: wgpu::ComputePipeline,
     transition: wgpu::ComputePipeline,
     settle: wgpu::ComputePipeline,
 }
@@ -45,8 +48,10 @@ impl Falls {
             update_windows: pipeline("update_windows"),
             collect_detached: pipeline("collect_detached"),
             wake: pipeline("wake"),
+            choose: pipeline("choose"),
             solve_landings: pipeline("solve_landings"),
             pose: pipeline("pose"),
+            pose_listed: pipeline("pose_listed"),
             transition: pipeline("transition"),
             settle: pipeline("settle"),
         }
@@ -62,6 +67,8 @@ impl Falls {
         dispatch(pass, streams);
         pass.set_pipeline(&self.wake);
         pass.dispatch_workgroups((loose.streams.groups.len() as u32).div_ceil(BLOCK), 1, 1);
+        pass.set_pipeline(&self.choose);
+        pass.dispatch_workgroups(1, 1, 1);
     }
 
     /// Finds where they will land.
@@ -75,6 +82,8 @@ impl Falls {
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.pose);
+        pass.dispatch_workgroups_indirect(&loose.indirect, 48);
+        pass.set_pipeline(&self.pose_listed);
         pass.dispatch_workgroups_indirect(&loose.indirect, 24);
     }
 

@@ -33,9 +33,11 @@ const LANDINGS: u32 = 2u;
 const LANDING_GROUPS: u32 = 3u;
 const CHANGES: u32 = 4u;
 const CHANGE_GROUPS: u32 = 5u;
-// Groups of slots to pose, workgroups in a row for them, rows; the same of those that come to rest.
+// Groups of slots to pose, workgroups in a row for them, rows; the same of those that come to rest; workgroups in a row
+// and rows for all groups, if all are posed.
 const AWAKE: u32 = 6u;
 const CALM: u32 = 9u;
+const ALL: u32 = 12u;
 
 // Where a leaf is, in the lowest bits of LooseLeaf.scale.
 const LETS_GO: u32 = 0u;
@@ -210,6 +212,19 @@ fn wake(@builtin(global_invocation_id) id: vec3<u32>) {
     if lists[2u * group + 1u] < detached {
         add_group(AWAKE, group);
     }
+}
+
+// Whether so many groups are awake that all are posed. Where a workgroup takes its group from a list, drivers load what
+// its threads have in common for each: it takes two to three times as long.
+@compute @workgroup_size(1)
+fn choose() {
+    if 4u * atomicLoad(&counters[AWAKE]) < fall.group_count {
+        return;
+    }
+    atomicStore(&counters[AWAKE + 1u], 0u);
+    atomicStore(&counters[AWAKE + 2u], 0u);
+    atomicStore(&counters[ALL], min(fall.group_count, ROW));
+    atomicStore(&counters[ALL + 1u], (fall.group_count + ROW - 1u) / ROW);
 }
 
 // Lists the entries that have detached since the last frame, or all that are kept after a seek; a
@@ -484,14 +499,29 @@ var<workgroup> counts: atomic<u32>;
 // costlier. A thread has several slots, BLOCK apart: what they have in common is read once.
 @compute @workgroup_size(BLOCK)
 fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let of_group = group_of(AWAKE, id);
+    let group = id.y * ROW + id.x;
+    if group >= fall.group_count {
+        return;
+    }
+    pose_group(OfGroup(true, group), local);
+}
+
+// The same of the groups in the list.
+@compute @workgroup_size(BLOCK)
+fn pose_listed(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    pose_group(group_of(AWAKE, id), local);
+}
+
+fn pose_group(of_group: OfGroup, local: u32) {
     let window = window_of(lists[2u * of_group.group]);
     let first = lists[2u * of_group.group + 1u];
-    let p0 = pose_slot(window, of_group, first + local);
-    let p1 = pose_slot(window, of_group, first + BLOCK + local);
-    let p2 = pose_slot(window, of_group, first + 2u * BLOCK + local);
-    let p3 = pose_slot(window, of_group, first + 3u * BLOCK + local);
-    atomicAdd(&counts, p0 + p1 + p2 + p3);
+    // None of a group at rest, which `wake` has counted. Software drivers run both sides of a branch, but leave a loop.
+    var posed_here = 0u;
+    let end = select(GROUP, 0u, work[rest_at(of_group.group) + 1u].y > 0u);
+    for (var i = 0u; i < end; i += BLOCK) {
+        posed_here += pose_slot(window, of_group, first + i + local);
+    }
+    atomicAdd(&counts, posed_here);
     workgroupBarrier();
     if local == 0u {
         let all = atomicLoad(&counts);

@@ -95,6 +95,8 @@ pub enum Counter {
     AwakeGroups = 7,
     /// The same of groups that come to rest.
     CalmGroups = 10,
+    /// Workgroups in a row that pose all groups, and rows, where those awake are too many for a list.
+    AllGroups = 12,
 }
 
 /// One draw: the loose leaves of one shape of one model.
@@ -119,7 +121,7 @@ pub struct LooseState {
     pub posed: wgpu::Buffer,
     pub counters: wgpu::Buffer,
     /// Indirect arguments of the search for landings, of the poses of leaves that change, of the poses of groups of
-    /// slots, and of those that come to rest.
+    /// slots from a list, of those that come to rest, and of the poses of all.
     pub indirect: wgpu::Buffer,
     pub group: wgpu::BindGroup,
     /// What the counters of a view begin with.
@@ -223,10 +225,10 @@ impl LooseState {
                 counters.as_entire_binding(),
             ],
         );
-        // Groups as counted by the shader, 1, 1, twice; groups, rows, 1, twice.
+        // Groups as counted by the shader, 1, 1, twice; groups, rows, 1, three times.
         let indirect = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("leaves to see to"),
-            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1, 0, 0, 1, 0, 0, 1]),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1]),
             usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
         });
         let empty_draws = empty_draws(device, models, &streams.bins);
@@ -256,6 +258,7 @@ impl LooseState {
             Counter::ChangeGroups => (12, 4),
             Counter::AwakeGroups => (24, 8),
             Counter::CalmGroups => (36, 8),
+            Counter::AllGroups => (48, 8),
             _ => (0, 4),
         };
         encoder.copy_buffer_to_buffer(&self.counters, counter as u64 * 4, &self.indirect, to, size);

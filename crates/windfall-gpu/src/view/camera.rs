@@ -112,10 +112,12 @@ pub struct Eye {
 
 /// How far behind an orthographic view its eye is taken to be, metres.
 const FAR_EYE: f32 = 10_000.0;
-/// Pixels that a metre covers at a distance of one metre by a camera that people have: 1080 rows, 50°.
-const USUAL_PIXELS: f32 = 1158.0;
 
 impl Camera {
+    /// Pixels that a metre covers at a distance of one metre by a camera that people have: 1080 rows, 50°. An
+    /// orthographic view has the detail of such a camera as far away as to see as much.
+    pub const USUAL_PIXELS: f32 = 1158.0;
+
     /// A pinhole camera that stands at `eye` and looks at `target`, with the horizon level.
     pub fn look_at(eye: DVec3, target: DVec3, fov_y: f32, near: f32) -> Self {
         let forward = (target - eye).as_vec3().normalize_or(Vec3::NEG_Z);
@@ -192,7 +194,7 @@ impl Camera {
             position: local - forward * FAR_EYE,
             pixels: pixels * FAR_EYE,
             // As far away as a usual camera would be to see as much.
-            distance_scale: USUAL_PIXELS / pixels / FAR_EYE,
+            distance_scale: Self::USUAL_PIXELS / pixels / FAR_EYE,
             ..eye
         })
     }

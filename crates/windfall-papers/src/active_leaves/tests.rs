@@ -128,3 +128,41 @@ fn progressive_elimination_keeps_up_with_500_leaves_a_second() {
         assert_eq!(overdue, 0, "{landing:?}");
     }
 }
+
+/// VB 5: a leaf lies from the moment at which its path meets the ground, and not before.
+#[test]
+fn a_leaf_in_the_list_lands_when_its_path_meets_the_ground() {
+    let (device, queue) = windfall_testing::device();
+    let model = TreeModel::new(&device, &queue, &Species::Birch.grow_with(1, 300)).unwrap();
+    let shedding = Shedding { start: 0.0, duration: 1.0, ..Shedding::default() };
+    let falls = Falls { shedding, capacity: 0, ..Falls::default() };
+    let mut forest = Forest::new(&device, DVec3::ZERO, Terrain::flat(), falls).unwrap();
+    let alone = [windfall_core::forest::Instance::alone(0, 1)];
+    forest.plant(&[model], &alone).unwrap();
+    let passes =
+        PassOptions { landing: LandingSearch::InShader, ..PassOptions::new(Strategy::Vertex) };
+    let streams = Streams::new(&forest, 300);
+    let mut lists = ActiveLeaves::new(&device, streams, &forest, Elimination::PROGRESSIVE, passes);
+    let view = TreeList { pixels: 120.0, leaf_pixels: 10.0, ..TreeList::zeroed() };
+    // All have left their twigs, and none is tested yet.
+    lists.update(&forest, ListMoment { time: 1.5, season: 0.5 }, &view);
+    let fall = fall_of(&forest);
+    let mut landed = 0;
+    for (s, stream) in lists.streams.all.clone().iter().enumerate() {
+        for entry in lists.listed[s].clone() {
+            let of = lists.leaf_fall(&forest, stream, entry);
+            let landing = fall.landing(&of);
+            let due = Due { at: 0.0, stream: s as u32, entry };
+            for early in [0.5 * landing.time, landing.time - 0.05] {
+                assert!(!lists.land(&fall, &of, &due, early), "{early} of {}", landing.time);
+            }
+            assert_eq!(lists.counts().landed, landed);
+            assert!(lists.land(&fall, &of, &due, landing.time + 0.5), "{}", landing.time);
+            landed += 1;
+            let Place::Active(at) = lists.slots[stream.slot(entry)].place else { unreachable!() };
+            let leaf = &lists.active.regions[stream.region(false)].items[at as usize];
+            assert_eq!(leaf.landing, landing.position.extend(landing.time));
+        }
+    }
+    assert!(landed > 200 && lists.counts().landed == landed, "{landed}");
+}

@@ -25,6 +25,8 @@ use windfall_gpu::internals::{
 pub const MODULES: &[&Module] = &[
     &vertex::DRAW,
     &vertex::OCCLUSION,
+    &vertex::DRAW_FROM_TEXTURES,
+    &vertex::OCCLUSION_FROM_TEXTURES,
     &fragment::POSE,
     &fragment::DRAW,
     &fragment::OCCLUSION,
@@ -40,8 +42,13 @@ pub const MODULES: &[&Module] = &[
 const SETTINGS: Settings = Settings { samples: SAMPLES };
 
 /// Poses of leaves from tables in a texture.
-const POSE: [&str; 4] =
-    [include_str!("../wgsl/path_tables.wgsl"), text::TABLES, text::POSE, text::LOOSE];
+const POSE: [&str; 5] = pose_from(text::PATH_SAMPLES);
+/// The same with paths in one-dimensional textures.
+const POSE_FROM_TEXTURES: [&str; 5] = pose_from(include_str!("../wgsl/path_textures.wgsl"));
+
+const fn pose_from(path_samples: &'static str) -> [&'static str; 5] {
+    [include_str!("../wgsl/path_tables.wgsl"), text::TABLES, path_samples, text::POSE, text::LOOSE]
+}
 const ACTIVE_LEAF: &str = include_str!("../wgsl/active_leaf.wgsl");
 /// What leaf occlusion adds to a module that draws.
 const VISIBILITY: [&str; 3] = [
@@ -82,7 +89,7 @@ pub struct PassLayouts {
     frame: wgpu::BindGroupLayout,
     /// Group 1: a part of a tree model.
     part: wgpu::BindGroupLayout,
-    /// Group 2: uniforms and path tables.
+    /// Group 2: uniforms, path tables, and path data in one-dimensional textures, of a texel if nothing reads them.
     tables: wgpu::BindGroupLayout,
     /// Group 1 of pose passes: the list of active leaves as a texture.
     leaves: wgpu::BindGroupLayout,
@@ -98,12 +105,14 @@ impl PassLayouts {
         let flat = wgpu::TextureViewDimension::D2;
         let words = layouts::texture(wgpu::TextureSampleType::Uint, flat);
         let floats = layouts::texture(wgpu::TextureSampleType::Float { filterable: false }, flat);
+        let line = wgpu::TextureViewDimension::D1;
+        let lines = layouts::texture(wgpu::TextureSampleType::Float { filterable: false }, line);
         let stages = wgpu::ShaderStages::VERTEX_FRAGMENT;
         let of = |label, types: &[_]| layouts::layout(device, label, stages, types);
         Self {
             frame,
             part,
-            tables: of("path tables", &[layouts::buffer(UNIFORM), words]),
+            tables: of("path tables", &[layouts::buffer(UNIFORM), words, lines, lines]),
             leaves: of("active leaves", &[words]),
             posed: of("posed leaves", &[floats, words]),
             nothing: of("nothing", &[]),
@@ -260,13 +269,13 @@ impl PublishedPasses {
     /// Builds the pipelines of a strategy. They draw into whole pictures ([`windfall_gpu::Layers::picture`]) and their
     /// shadow maps. It takes a second or two: at load time, never inside a frame.
     pub fn new(device: &wgpu::Device, options: PassOptions) -> Self {
-        let PassOptions { strategy, landing, occlusion } = options;
+        let PassOptions { strategy, landing, occlusion, .. } = options;
         let layouts = PassLayouts::new(device);
         let shaders = Shaders::new(device, SETTINGS);
         let search = f64::from(u8::from(landing == LandingSearch::InShader));
         let search = [("search_landing", search)];
         let input = match strategy {
-            Strategy::Vertex => vertex::input(&layouts),
+            Strategy::Vertex => vertex::input(&layouts, options.one_dimensional()),
             Strategy::Fragment => fragment::input(&layouts),
             Strategy::VertexBuffer => vertex_buffer::input(&layouts),
             Strategy::Cpu => litter::input(&layouts),
@@ -284,7 +293,7 @@ impl PublishedPasses {
             falling: PictureAndShadow::new(&shaders, &input, drawn),
             litter: PictureAndShadow::new(&shaders, &litter::input(&layouts), &[]),
             occlusion: occlusion.map(|occlusion| {
-                let of = (strategy, occlusion.clamped());
+                let of = (options, occlusion.clamped());
                 OcclusionPasses::new(&shaders, &layouts, of, &input, drawn)
             }),
             options,
@@ -312,9 +321,11 @@ impl PublishedPasses {
         &self,
         uniform: &wgpu::Buffer,
         tables: &wgpu::TextureView,
+        paths: &[wgpu::TextureView; 2],
     ) -> wgpu::BindGroup {
-        let tables = wgpu::BindingResource::TextureView(tables);
-        let resources = [uniform.as_entire_binding(), tables];
+        let [tables, positions, orientations] =
+            [tables, &paths[0], &paths[1]].map(wgpu::BindingResource::TextureView);
+        let resources = [uniform.as_entire_binding(), tables, positions, orientations];
         layouts::group(&self.device, "path tables", &self.layouts.tables, &resources)
     }
 

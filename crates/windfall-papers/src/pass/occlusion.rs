@@ -9,7 +9,7 @@ use super::{
 };
 use crate::arena::BLOCK_SIZE;
 use crate::buffers::{LeafBuffers, rows, texture};
-use crate::options::{LeafOcclusion, Strategy};
+use crate::options::{LeafOcclusion, PassOptions, Strategy};
 use std::ops::Range;
 use windfall_gpu::internals::layouts::{self, WRITE, buffer, entry};
 use windfall_gpu::internals::{Module, Shaders, compose};
@@ -60,12 +60,13 @@ impl OcclusionPasses {
     pub(super) fn new(
         shaders: &Shaders<'_>,
         layouts: &PassLayouts,
-        (strategy, options): (Strategy, LeafOcclusion),
+        (passes, options): (PassOptions, LeafOcclusion),
         input: &VertexInput<'_>,
         constants: &[(&str, f64)],
     ) -> Self {
         let device = shaders.device;
-        let module = match strategy {
+        let module = match passes.strategy {
+            Strategy::Vertex if passes.one_dimensional() => &vertex::OCCLUSION_FROM_TEXTURES,
             Strategy::Vertex => &vertex::OCCLUSION,
             Strategy::Fragment => &fragment::OCCLUSION,
             Strategy::VertexBuffer => &vertex_buffer::OCCLUSION,

@@ -1,6 +1,8 @@
 //! Strategy `vertex` (VB 6, first): every vertex of an active leaf poses the leaf.
 
-use super::{ACTIVE_LEAF, POSE, PassLayouts, VISIBILITY, VertexInput, with_leaves};
+use super::{
+    ACTIVE_LEAF, POSE, POSE_FROM_TEXTURES, PassLayouts, VISIBILITY, VertexInput, with_leaves,
+};
 use crate::shared::FallingLeaf;
 use windfall_gpu::internals::{Module, ShapeVertex};
 
@@ -21,7 +23,24 @@ pub const OCCLUSION: Module = Module {
     },
 };
 
-pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
+/// Draws, with paths in one-dimensional textures.
+pub const DRAW_FROM_TEXTURES: Module = Module {
+    name: "published-vertex-textures",
+    source: |settings| {
+        with_leaves(*settings, &[&POSE_FROM_TEXTURES, &[ACTIVE_LEAF, include_str!("vertex.wgsl")]])
+    },
+};
+
+/// The same with leaf occlusion.
+pub const OCCLUSION_FROM_TEXTURES: Module = Module {
+    name: "published-vertex-textures-occlusion",
+    source: |settings| {
+        let entries = [include_str!("vertex.wgsl"), include_str!("vertex_occlusion.wgsl")];
+        with_leaves(*settings, &[&POSE_FROM_TEXTURES, &[ACTIVE_LEAF], &VISIBILITY, &entries])
+    },
+};
+
+pub(super) fn input(layouts: &PassLayouts, one_dimensional: bool) -> VertexInput<'_> {
     let leaf = wgpu::VertexBufferLayout {
         array_stride: size_of::<FallingLeaf>() as u64,
         step_mode: wgpu::VertexStepMode::Instance,
@@ -32,7 +51,7 @@ pub(super) fn input(layouts: &PassLayouts) -> VertexInput<'_> {
         },
     };
     VertexInput {
-        module: &DRAW,
+        module: if one_dimensional { &DRAW_FROM_TEXTURES } else { &DRAW },
         vertex: "falling",
         groups: vec![&layouts.frame, &layouts.part, &layouts.tables],
         buffers: vec![ShapeVertex::LAYOUT, leaf],

@@ -5,12 +5,13 @@ use glam::{DVec3, Vec2};
 use std::sync::Arc;
 use std::sync::LazyLock;
 use windfall_core::forest::Terrain;
+use windfall_core::path::PathSet;
 use windfall_core::shed::Shedding;
 use windfall_core::tree::{Image, Surface, Tree};
 use windfall_core::wind::Wind;
 use windfall_gpu::{DebugView, Falls, Forest, Light, Sky, TreeModel, TreePlace, View};
 use windfall_papers::{
-    Elimination, LandingSearch, ListOptions, PassOptions, PublishedError, PublishedFalls,
+    Elimination, LandingSearch, ListOptions, PassOptions, PathData, PublishedError, PublishedFalls,
     PublishedPasses, Strategy,
 };
 use windfall_tree::Species;
@@ -52,7 +53,7 @@ static MODELS: LazyLock<Vec<TreeModel>> = LazyLock::new(|| {
 });
 
 /// Three trees on a slope, in the wind, that shed so fast that many leaves fall and lie.
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     let place = |model, x: f64, z: f64, seed| {
         let place = TreePlace::at(DVec3::new(x, 0.1 * x - 0.05 * z, z), seed);
         (model, TreePlace { yaw: 0.5 * seed as f32, ..place })
@@ -75,7 +76,7 @@ fn scene() -> Scene {
     }
 }
 
-fn shot(time: f64) -> Shot {
+pub fn shot(time: f64) -> Shot {
     let view = View::new(camera([3.0, 3.0, 16.0], [0.0, 3.0, 0.0]));
     Shot { time, season: 0.55, view }
 }
@@ -208,6 +209,38 @@ fn landings_searched_in_the_shader_are_those_searched_ahead() {
             }
         }
     }
+}
+
+/// VB 3.3's textures have the samples that the table has.
+#[test]
+fn path_data_may_be_in_one_dimensional_textures() {
+    let mut scene = scene();
+    let paths = PathSet::new(scene.falls.paths.paths()[..1].to_vec()).unwrap();
+    let all = std::mem::replace(&mut scene.falls.paths, paths);
+    let of = |paths| {
+        let options = PassOptions { paths, ..PassOptions::new(Strategy::Vertex) };
+        Arc::new(PublishedPasses::new(&HARNESS.device, options))
+    };
+    let passes = [PathData::Table, PathData::OneDimensional].map(of);
+    let mut stages =
+        passes.each_ref().map(|passes| scene.published(passes, ListOptions::default()));
+    for time in [2.0, 9.0] {
+        let [table, textures] = stages.each_mut().map(|stage| stage.paint(&shot(time)));
+        let error = difference(&table, &textures);
+        println!("{time} s: {error:.7}");
+        assert!(error < 1e-4, "{error} at {time} s");
+        // The check can fail: a thirtieth of a second later, leaves are elsewhere.
+        let later = difference(&table, &stages[1].paint(&shot(time + 1.0 / 30.0)));
+        assert!(later > 1e-3, "{later} at {time} s");
+    }
+    // The built-in set has more samples than such a texture texels.
+    scene.falls.paths = all;
+    let mut falls = scene.falls.clone();
+    falls.capacity = 0;
+    let forest = Scene { falls, ..scene }.compute().forest;
+    let error = PublishedFalls::new(&passes[1], &forest, ListOptions::default()).err().unwrap();
+    assert!(matches!(error, PublishedError::LongPaths { .. }), "{error}");
+    assert!(PublishedFalls::new(&passes[0], &forest, ListOptions::default()).is_ok());
 }
 
 /// A program throws every third leaf of the first tree; the others are left to the season.

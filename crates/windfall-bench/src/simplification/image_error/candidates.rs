@@ -84,6 +84,7 @@ pub fn candidates() -> Vec<Candidate> {
         Candidate { shadow_detail: full, ..of("shadows in full", default) },
         of("bounded growth", Simplification::DEFAULT),
         meshopt("meshopt simplify", MeshoptBaseline::Simplify),
+        meshopt("meshopt dilated", MeshoptBaseline::Dilated),
         meshopt("meshopt sloppy", MeshoptBaseline::Sloppy),
     ]
 }

@@ -1,17 +1,18 @@
 //! Plots of the errors over the level of detail.
 
 use super::{Errors, LAMBDAS, Row};
-use crate::plot::failed;
+use crate::plot::{failed, register_font};
 use plotters::prelude::*;
 
 /// The candidates in the plots, and their colors.
-const LINES: [(&str, RGBColor); 7] = [
+const LINES: [(&str, RGBColor); 8] = [
     ("random", RGBColor(190, 90, 20)),
     ("importance", RGBColor(150, 40, 120)),
     ("blue-noise", RGBColor(20, 120, 60)),
     ("no area", RGBColor(120, 120, 120)),
     ("no contrast", RGBColor(200, 160, 20)),
     ("meshopt simplify", RGBColor(40, 90, 190)),
+    ("meshopt dilated", RGBColor(130, 60, 190)),
     ("meshopt sloppy", RGBColor(70, 170, 210)),
 ];
 
@@ -35,6 +36,7 @@ impl Errors {
 
     fn plot(&self, tree: &str) -> anyhow::Result<String> {
         let rows: Vec<&Row> = self.rows.iter().filter(|r| r.tree == tree && !r.forced).collect();
+        register_font()?;
         let mut svg = String::new();
         {
             let root = SVGBackend::with_string(&mut svg, (1000, 760)).into_drawing_area();

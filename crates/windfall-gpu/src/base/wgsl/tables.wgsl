@@ -32,16 +32,6 @@ struct Flight {
     half_turn: u32,
 }
 
-fn path_sample(i: u32) -> PathSample {
-    let t = table(i);
-    // Whole numbers: 21 bits of x and z, 22 of y.
-    let place = bitcast<vec3<i32>>(vec3(t.x, (t.x << 21u) | ((t.y & 0x7ffu) << 10u), t.y));
-    return PathSample(
-        vec3<f32>(place >> vec3(11u, 10u, 11u)) * fall.path_grain,
-        vec4(unpack2x16snorm(t.z), unpack2x16snorm(t.w)),
-    );
-}
-
 // Lowest height up to a sample, from the one to which laps return.
 fn path_low(i: u32) -> f32 {
     return bitcast<f32>(table(fall.low_table + i / 4u)[i % 4u]);
