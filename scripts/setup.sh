@@ -101,6 +101,28 @@ need_graphics() {
     install_packages 3 "a Vulkan driver" mesa-vulkan-drivers
 }
 
+# A window is opened on a display of its own, with what X libraries winit loads at run time.
+need_display() {
+    if [ "$(uname -s)" != Linux ]; then return; fi
+    local library missing=no
+    command -v Xvfb >/dev/null && command -v xdotool >/dev/null || missing=yes
+    for library in libX11-xcb.so.1 libXcursor.so.1 libXi.so.6 libxkbcommon-x11.so.0; do
+        /sbin/ldconfig -p 2>/dev/null | grep -q "$library" || missing=yes
+    done
+    if [ "$missing" = no ]; then return; fi
+    install_packages 1 "an X server for the tests, and hands on it" xvfb xdotool libx11-xcb1 libxcursor1 libxi6 \
+        libxkbcommon-x11-0
+}
+
+# The page is tested where the machine has a compiler for browsers; status 1 if it has not, or no browser.
+want_browser() {
+    scripts/check-wasm --can && command -v python3 >/dev/null || return 1
+    if scripts/check-web --can; then return; fi
+    # It may fail: the page is then not tested.
+    (install_packages 1 "Chromium, for the test of the page" chromium)
+    scripts/check-web --can
+}
+
 need_runtime_folder() {
     # The loader of Wayland's library complains aloud without one.
     if [ -z "${XDG_RUNTIME_DIR:-}" ]; then

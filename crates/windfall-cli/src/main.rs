@@ -16,9 +16,12 @@ mod path;
 mod planting;
 mod reading;
 mod render;
+mod serve;
 mod simplify;
 mod tree;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -65,6 +68,11 @@ struct Cli {
 enum Command {
     /// Render a scene to a picture or a film
     Render(Box<render::Args>),
+    /// Walk through a forest, in a window
+    #[cfg(feature = "view")]
+    View(view::Args),
+    /// Serve the viewer's page to browsers on this machine
+    Serve(serve::Args),
     /// Write leaves and trees of a scene for other programs: USD, glTF, tables
     Export(Box<export::Args>),
     /// Write jobs for render farms, and join their frames
@@ -99,7 +107,7 @@ enum Command {
 fn main() -> ExitCode {
     let color = std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new("warn,wgpu_hal=error,wgpu_core=error"));
+        .unwrap_or_else(|_| EnvFilter::new("warn,wgpu_hal=error,wgpu_core=error,winit=error"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
@@ -107,6 +115,9 @@ fn main() -> ExitCode {
         .init();
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(&args),
+        Command::Serve(args) => serve::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Farm(args) => farm::run(&args),
         Command::Tree(args) => tree::run(&args),

@@ -220,7 +220,8 @@ impl Scene {
         }
     }
 
-    fn falls(&self) -> Falls {
+    /// How leaves fall: the wind and shedding of the scene, and the built-in paths ([`Stage::fall_by`]).
+    pub fn falls(&self) -> Falls {
         let wind = self.wind;
         let mut falls = Falls {
             wind: Wind::new(

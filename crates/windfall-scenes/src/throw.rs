@@ -49,8 +49,13 @@ impl Stage {
     /// Lets leaves fall at `rate` a second over the whole forest, evenly, from `start` seconds on
     /// until none is left.
     pub fn throw(&mut self, rate: f32, start: f64) {
+        self.falls.shedding = self.thrown(rate, start);
+    }
+
+    /// The shedding of [`Stage::throw`].
+    pub fn thrown(&self, rate: f32, start: f64) -> Shedding {
         let duration = (self.leaf_count() as f32 / rate.max(1e-6)).clamp(0.1, 1e7);
-        self.falls.shedding = Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 };
+        Shedding { start, duration, peak: 0.0, tree_spread: 0.0, burst: 0.0 }
     }
 
     /// Keeps about `count` leaves in the air from time 0 on, as long as there are leaves; returns

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The crates, each of which may use those before it. Tests may use any.
-const CRATES: [&str; 11] = [
+const CRATES: [&str; 12] = [
     "windfall-core",
     "windfall-tree",
     "windfall-flight",
@@ -15,11 +15,12 @@ const CRATES: [&str; 11] = [
     "windfall",
     "windfall-scenes",
     "windfall-host",
+    "windfall-viewer",
     "windfall-bench",
     "windfall-cli",
 ];
 /// Pairs that the order would allow and that are not wanted.
-const APART: [(&str, &str); 11] = [
+const APART: [(&str, &str); 13] = [
     ("windfall-flight", "windfall-tree"),
     ("windfall-export", "windfall-tree"),
     ("windfall-export", "windfall-flight"),
@@ -31,6 +32,8 @@ const APART: [(&str, &str); 11] = [
     ("windfall-papers", "windfall-tree"),
     ("windfall-papers", "windfall-flight"),
     ("windfall-scenes", "windfall"),
+    ("windfall-viewer", "windfall"),
+    ("windfall-bench", "windfall-viewer"),
 ];
 /// The rooms of the renderer, each of which may use those before it. The pass that a file of the last two is of
 /// comes first.

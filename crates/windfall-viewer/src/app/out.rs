@@ -1,0 +1,142 @@
+//! What leaves the viewer: pictures, scenes, command lines, links.
+
+use super::{Framing, Viewer};
+use crate::picture::Pixels;
+use crate::state::camera::Mode;
+use crate::state::settings::quality_of;
+use crate::state::{command, link};
+use windfall_scenes::{CameraKey, Scene, SheddingEntry};
+
+impl Viewer {
+    /// Adds the camera to the scene's path, at the moment that is shown. The first view of a recording replaces the
+    /// scene's own path.
+    pub(crate) fn record(&mut self) {
+        let key = self.key();
+        if !std::mem::replace(&mut self.recording, true) {
+            self.settings.scene.camera.clear();
+        }
+        let keys = &mut self.settings.scene.camera;
+        keys.retain(|known| (known.time - key.time).abs() > 1e-6);
+        keys.push(key);
+        keys.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let text = format!("{} views on the path; key 4 goes along it", keys.len());
+        self.say(false, text);
+    }
+
+    /// The scene as it is shown: with the recorded path, or the camera where it stands.
+    pub(crate) fn scene(&self) -> Scene {
+        let mut scene = self.settings.scene.clone();
+        scene.time = self.clock.time;
+        if self.settings.quality.ambient_occlusion != quality_of(&scene).ambient_occlusion {
+            scene.ambient_occlusion = Some(self.settings.quality.ambient_occlusion);
+        }
+        if !self.recording && self.rig.mode != Mode::Path {
+            scene.camera = vec![CameraKey { time: 0.0, ..self.key() }];
+        }
+        if let (Some(rate), Some(world)) = (self.settings.throw_rate, &self.world) {
+            let thrown = world.stage.thrown(rate, 0.0);
+            scene.shedding = Some(SheddingEntry {
+                start: thrown.start,
+                duration: thrown.duration,
+                peak: thrown.peak,
+                tree_spread: thrown.tree_spread,
+                burst: thrown.burst,
+            });
+        }
+        scene
+    }
+
+    /// A link to what is shown, without its address.
+    pub(crate) fn link(&self) -> String {
+        link::write(&self.settings, Some(self.key()))
+    }
+
+    /// Shows what a link says.
+    pub(super) fn follow(&mut self, hash: &str) {
+        match link::read(hash) {
+            Ok((settings, camera)) => {
+                self.clock.seek(settings.scene.time);
+                self.clock.playing = false;
+                self.framing = camera.map_or(Framing::Scene, Framing::At);
+                if camera.is_some() {
+                    self.rig.mode = Mode::Orbit;
+                }
+                self.base = settings.base();
+                self.settings = settings;
+            }
+            Err(error) => self.say(true, error.to_string()),
+        }
+    }
+
+    /// The command line that renders what is shown; whether it needs the scene saved as `scene.ron`.
+    pub(crate) fn command(&self) -> (String, bool) {
+        let (line, scene) = command::line(&self.settings, &self.key(), "scene.ron");
+        (line, scene.is_some())
+    }
+
+    /// Saves the next picture.
+    pub(crate) fn save_picture(&mut self) {
+        let said = self.said.clone();
+        self.screenshot.push(Box::new(move |pixels: Pixels| {
+            let saved = png(&pixels).and_then(|bytes| give("windfall", "png", "image/png", &bytes));
+            said.borrow_mut().push(saved);
+        }));
+    }
+
+    /// Saves the scene.
+    pub(crate) fn save_scene(&mut self) {
+        let saved = give("scene", "ron", "text/plain", self.scene().to_ron().as_bytes());
+        self.said.borrow_mut().push(saved);
+    }
+
+    /// What was saved since the last frame.
+    pub(super) fn heed(&mut self) {
+        let said = self.said.take();
+        for result in said {
+            match result {
+                Ok(name) => self.say(false, format!("saved {name}")),
+                Err(error) => self.say(true, error),
+            }
+        }
+    }
+}
+
+/// A PNG of pixels, without alpha.
+///
+/// # Errors
+///
+/// Never but for a lack of memory; in a sentence.
+pub fn png(pixels: &Pixels) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixels.size.0, pixels.size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let rgb: Vec<u8> = pixels.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(&rgb)?;
+        writer.finish()
+    });
+    written.map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
+
+/// Writes a file that is not there yet into the folder where the program runs; its name.
+#[cfg(not(target_arch = "wasm32"))]
+fn give(stem: &str, ending: &str, _: &str, bytes: &[u8]) -> Result<String, String> {
+    use std::io::Write;
+    let free = (1..10_000)
+        .map(|n| std::path::PathBuf::from(format!("{stem}-{n}.{ending}")))
+        .find(|path| !path.exists());
+    let path = free.ok_or_else(|| format!("{stem}-*.{ending}: there are too many"))?;
+    windfall_host::file::write_atomic(&path, |file| Ok(file.write_all(bytes)?))
+        .map_err(|error| format!("{error:#}"))?;
+    Ok(path.display().to_string())
+}
+
+/// Lets the browser save a file.
+#[cfg(target_arch = "wasm32")]
+fn give(stem: &str, ending: &str, kind: &str, bytes: &[u8]) -> Result<String, String> {
+    let name = format!("{stem}.{ending}");
+    crate::web::download(&name, kind, bytes)?;
+    Ok(name)
+}
