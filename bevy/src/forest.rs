@@ -74,7 +74,8 @@ impl WindfallForest {
     fn place(&self) -> Result<Vec<Instance>, String> {
         let models = self.models.len();
         match &self.trees {
-            Trees::At(instances) => match instances.iter().position(|i| i.model as usize >= models) {
+            Trees::At(instances) => match instances.iter().position(|i| i.model as usize >= models)
+            {
                 Some(i) => {
                     let model = instances[i].model;
                     Err(format!("instance {i}: model {model} is not one of the {models}"))
@@ -281,10 +282,7 @@ pub(crate) fn forest_of<D: bevy::ecs::query::QueryData, F: bevy::ecs::query::Que
 }
 
 pub(crate) fn plant(
-    mut forests: Query<
-        (NameOrEntity, &WindfallForest, &mut PlantedTrees),
-        Changed<WindfallForest>,
-    >,
+    mut forests: Query<(NameOrEntity, &WindfallForest, &mut PlantedTrees), Changed<WindfallForest>>,
 ) {
     for (name, forest, mut planted) in &mut forests {
         planted.version += 1;

@@ -14,11 +14,11 @@ pub fn ground_mesh(terrain: &Terrain, extent: f32) -> Mesh {
     let cell = if level { extent } else { terrain.cell() };
     let half = 0.5 * cell * (side - 1) as f32;
     let places = || {
-        (0..side * side).map(move |i| [(i % side) as f32, (i / side) as f32].map(|k| k * cell - half))
+        (0..side * side)
+            .map(move |i| [(i % side) as f32, (i / side) as f32].map(|k| k * cell - half))
     };
     let positions: Vec<[f32; 3]> = places().map(|[x, z]| [x, terrain.height(x, z), z]).collect();
-    let normals: Vec<[f32; 3]> =
-        places().map(|[x, z]| terrain.normal(x, z).to_array()).collect();
+    let normals: Vec<[f32; 3]> = places().map(|[x, z]| terrain.normal(x, z).to_array()).collect();
     let uvs: Vec<[f32; 2]> = places().collect();
     let indices = (0..side - 1)
         .flat_map(|row| (0..side - 1).map(move |column| row * side + column))

@@ -117,11 +117,14 @@ impl LeavesNear<'_, '_> {
                     time < forest.shedding.detach_time(&shed, rate, rank) && !earlier(leaf, time)
                 });
                 for (leaf, time) in by_season.filter(|(l, t)| !earlier(*l, *t)).chain(by_throw) {
-                    let falling = LeafFall::of(instance, &foliage.leaves[leaf as usize], group, time);
+                    let falling =
+                        LeafFall::of(instance, &foliage.leaves[leaf as usize], group, time);
                     let landing = fall.landing(&falling);
                     let pose = fall.pose(&falling, &landing, now);
                     let position = origin + pose.position;
-                    if matches!(pose.phase, Phase::Falling { .. }) && position.distance(point) <= radius {
+                    if matches!(pose.phase, Phase::Falling { .. })
+                        && position.distance(point) <= radius
+                    {
                         let (tree, instance) = match key {
                             TreeKey::Instance(index) => (entity, index),
                             TreeKey::Entity(tree) => (tree, 0),

@@ -238,7 +238,9 @@ pub(crate) fn extract_forests(
     render.time = clock.seconds;
     render.frame += 1;
     render.of.retain(|entity, _| forests.contains(*entity));
-    for (entity, forest, planted, thrown, (season, wind, budget), (place, visible, layers)) in &forests {
+    for (entity, forest, planted, thrown, (season, wind, budget), (place, visible, layers)) in
+        &forests
+    {
         let plan = Plan {
             version: planted.version,
             budget: budget.0,

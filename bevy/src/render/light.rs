@@ -120,9 +120,9 @@ fn wgpu_view(view: &bevy::render::render_resource::TextureView) -> windfall::wgp
 }
 
 fn clip_from_world(view: &ExtractedView) -> DMat4 {
-    let clip = view.clip_from_world.unwrap_or_else(|| {
-        view.clip_from_view * view.world_from_view.to_matrix().inverse()
-    });
+    let clip = view
+        .clip_from_world
+        .unwrap_or_else(|| view.clip_from_view * view.world_from_view.to_matrix().inverse());
     clip.as_dmat4()
 }
 

@@ -52,7 +52,12 @@ impl Models {
         }
     }
 
-    fn upload(&mut self, id: AssetId<TreeModel>, tree: &Arc<Tree>, on: (&RenderDevice, &RenderQueue)) {
+    fn upload(
+        &mut self,
+        id: AssetId<TreeModel>,
+        tree: &Arc<Tree>,
+        on: (&RenderDevice, &RenderQueue),
+    ) {
         let (device, queue, tree) = (on.0.wgpu_device().clone(), on.1.clone(), tree.clone());
         let upload = async move { Uploaded::new(&device, &queue, &tree) };
         self.models.entry(id).or_default().task = Some(AsyncComputeTaskPool::get().spawn(upload));

@@ -36,7 +36,9 @@ impl Renderers {
         // Casters between the sun and the near plane of a cascade: Bevy draws them on that plane.
         let unclipped = device.features().contains(wgpu::Features::DEPTH_CLIP_CONTROL);
         if !unclipped {
-            warn!("trees before a shadow cascade cast no shadows: the device lacks DEPTH_CLIP_CONTROL");
+            warn!(
+                "trees before a shadow cascade cast no shadows: the device lacks DEPTH_CLIP_CONTROL"
+            );
         }
         let options = Options {
             color_format: format,

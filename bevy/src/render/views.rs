@@ -195,7 +195,9 @@ fn cast(
         ..Default::default()
     });
     for forest in seen.iter().filter(|forest| forest.wanted.layers.intersects(layers)) {
-        draw_one(forest, key, frame, |live, state| renderer.draw_depth(&mut pass, &live.forest, state));
+        draw_one(forest, key, frame, |live, state| {
+            renderer.draw_depth(&mut pass, &live.forest, state)
+        });
     }
 }
 
@@ -237,10 +239,9 @@ pub(crate) fn draw(
         depth_stencil_attachment: Some(depth.get_attachment(StoreOp::Store)),
         ..Default::default()
     });
-    if let Some(at) = bevy::camera::Viewport::from_viewport_and_override(
-        camera.viewport.as_ref(),
-        smaller,
-    ) {
+    if let Some(at) =
+        bevy::camera::Viewport::from_viewport_and_override(camera.viewport.as_ref(), smaller)
+    {
         let (from, size) = (at.physical_position.as_vec2(), at.physical_size.as_vec2());
         pass.set_viewport(from.x, from.y, size.x, size.y, at.depth.start, at.depth.end);
     }
