@@ -195,8 +195,10 @@ pub struct ShakeTree {
     pub instance: u32,
     /// How many leaves.
     pub leaves: u32,
-    /// Within how many seconds from now.
+    /// Within how many seconds.
     pub seconds: f32,
+    /// From when on, seconds of [`WindfallTime`]; `None`: now.
+    pub time: Option<f64>,
 }
 
 /// The trees that a [`WindfallForest`] has planted.
@@ -353,16 +355,20 @@ pub(crate) fn throw(
             Err(cause) => warn!("no leaf is thrown: {cause}"),
         }
     }
-    for &ShakeTree { tree, instance, leaves, seconds } in shakes.read() {
+    for &ShakeTree { tree, instance, leaves, seconds, time } in shakes.read() {
+        let from = time.unwrap_or(clock.seconds);
         let made = find(tree, instance).and_then(|found| {
             let foliage = &leaves_of(&found)?.tree.foliage;
             let Ok((forest, _, wind, _)) = forests.get(found.forest) else {
                 return Err("its forest is not there yet".to_owned());
             };
+            if !(from.is_finite() && seconds.is_finite()) {
+                return Err(format!("from {from} s on within {seconds} s: both are finite"));
+            }
             let count = foliage.leaves.len() as u32;
             let shed = forest.shedding.tree(&found.instance, count, &wind.0);
             let rate = Shedding::gust_rate(&wind.0);
-            let gone = forest.shedding.detached(&shed, rate, clock.seconds) as usize;
+            let gone = forest.shedding.detached(&shed, rate, from) as usize;
             Ok((found, &foliage.shed_order[gone..]))
         });
         match made {
@@ -372,13 +378,13 @@ pub(crate) fn throw(
                 let gone: std::collections::HashSet<u32> = thrown
                     .leaves
                     .iter()
-                    .filter(|t| t.tree == found.key && t.time <= clock.seconds + f64::from(seconds))
+                    .filter(|t| t.tree == found.key && t.time <= from + f64::from(seconds))
                     .map(|t| t.leaf)
                     .collect();
                 let next = hanging.iter().filter(|leaf| !gone.contains(*leaf));
                 for &leaf in next.take(leaves as usize) {
                     let late = unit(hash(found.instance.seed ^ SHAKEN, leaf)) * seconds.max(0.0);
-                    let time = clock.seconds + f64::from(late);
+                    let time = from + f64::from(late);
                     thrown.leaves.push(Thrown { tree: found.key, leaf, time });
                 }
             }

@@ -7,6 +7,7 @@ mod forest;
 mod ground;
 mod near;
 mod render;
+mod scene;
 mod status;
 
 pub use assets::{FallPaths, LoadError, PathLoader, TreeLoader, TreeModel, TreeSettings};
@@ -17,9 +18,12 @@ pub use forest::{
 };
 pub use ground::ground_mesh;
 pub use near::{LeavesNear, NearLeaf};
+pub use scene::{SceneLoader, WindfallScene};
 pub use status::WindfallStatus;
 /// The library of Windfall, without Bevy.
 pub use windfall;
+/// Scene files.
+pub use windfall_scenes;
 
 use bevy::app::{App, First, Plugin, PostUpdate};
 use bevy::asset::AssetApp;
@@ -35,7 +39,9 @@ impl Plugin for WindfallPlugin {
         app.init_asset::<TreeModel>()
             .init_asset::<FallPaths>()
             .init_asset_loader::<TreeLoader>()
+            .init_asset::<WindfallScene>()
             .init_asset_loader::<PathLoader>()
+            .init_asset_loader::<SceneLoader>()
             .init_resource::<WindfallTime>()
             .init_resource::<WindfallStatus>()
             .add_message::<ThrowLeaf>()
