@@ -36,7 +36,7 @@ fn a_thousand_forests_leave_no_memory_behind() {
     let first = headless.app.world_mut().spawn(WindfallTree::new(of_model.clone(), 0)).id();
     headless.settle(1.0);
     headless.app.world_mut().despawn(first);
-    let mut round = |headless: &mut Headless, seed: u32| {
+    let round = |headless: &mut Headless, seed: u32| {
         let spawn = |i: u32| {
             let forest = WindfallForest { shedding: Shedding::never(), ..default() };
             let at = Transform::from_xyz(i as f32 - 10.0, 0.0, 0.0);

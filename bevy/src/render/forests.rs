@@ -199,16 +199,23 @@ impl Live {
                         seed: instance.seed,
                     };
                     let tree = self.forest.insert(model, place)?;
+                    // It may have been another model before: what was thrown of that is thrown of this.
+                    self.thrown = 0;
                     self.trees.insert(entity, (tree, model.clone(), *instance));
                 }
             }
         }
         while let Some(thrown) = wanted.thrown.get(self.thrown) {
-            self.thrown += 1;
             let tree = match thrown.tree {
                 TreeKey::Instance(index) => self.planted.get(index as usize),
-                TreeKey::Entity(entity) => self.trees.get(&entity).map(|(tree, _, _)| tree),
+                TreeKey::Entity(entity) => match self.trees.get(&entity) {
+                    Some((tree, _, _)) => Some(tree),
+                    // It will come.
+                    None if wanted.trees.contains_key(&entity) => break,
+                    None => None,
+                },
             };
+            self.thrown += 1;
             // Leaves of trees that are gone are gone with them.
             if let Some(tree) = tree {
                 self.forest.throw(*tree, thrown.leaf, thrown.time)?;
