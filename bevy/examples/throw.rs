@@ -8,7 +8,8 @@ mod headless;
 use bevy::prelude::*;
 use bevy_windfall::windfall::shed::Shedding;
 use bevy_windfall::windfall::tree::Species;
-use bevy_windfall::{LeavesNear, Season, ShakeTree, TreeModel, WindfallForest, WindfallTime, WindfallTree};
+use bevy_windfall::windfall::wind::Wind;
+use bevy_windfall::{LeavesNear, Season, ShakeTree, TreeModel, WindfallForest, WindfallTime, WindfallTree, WindfallWind};
 use common::{dull, eyes, grow, light};
 
 #[derive(Component)]
@@ -33,7 +34,8 @@ fn setup(
     let tree = WindfallTree::new(grow(&assets, Species::Oak, 4, 4000), 1);
     // Nothing falls by itself.
     let still = WindfallForest { shedding: Shedding::never(), ..default() };
-    commands.spawn((tree, still, Season(0.55)));
+    let breeze = WindfallWind(Wind::new(0.3, 0.6, 0.5, 1));
+    commands.spawn((tree, still, Season(0.55), breeze));
     let mut spawn = |mesh: Mesh, color, at: Transform| {
         commands.spawn((dull((&mut meshes, &mut materials), mesh, color), at)).id()
     };
@@ -60,7 +62,7 @@ fn shake(
     mut begun: Local<bool>,
 ) {
     for (tree, of) in &trees {
-        let of_tree = ShakeTree { tree, instance: 0, leaves: 400, seconds: 2.0, time: None };
+        let of_tree = ShakeTree { tree, instance: 0, leaves: 1200, seconds: 4.0, time: None };
         if keys.just_pressed(KeyCode::Space) {
             shakes.write(of_tree);
         }

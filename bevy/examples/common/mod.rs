@@ -19,7 +19,7 @@ pub fn grow(assets: &AssetServer, species: Species, seed: u32, leaves: u32) -> H
 /// A sun with shadows of three cascades, which are as many as leaves receive, and some light from all around.
 pub fn light(commands: &mut Commands) {
     commands.insert_resource(ClearColor(SKY));
-    commands.insert_resource(GlobalAmbientLight { brightness: 250.0, ..default() });
+    commands.insert_resource(GlobalAmbientLight { brightness: 700.0, ..default() });
     let cascades = CascadeShadowConfigBuilder {
         num_cascades: 3,
         first_cascade_far_bound: 12.0,
@@ -42,7 +42,7 @@ pub fn light(commands: &mut Commands) {
 pub fn eyes() -> impl Bundle {
     let sky = Ambient::project(|towards| {
         let ground = Vec3::new(0.16, 0.13, 0.09);
-        ground.lerp(Vec3::new(0.55, 0.7, 0.95), 0.5 + 0.5 * towards.y) * 450.0
+        ground.lerp(Vec3::new(0.55, 0.7, 0.95), 0.5 + 0.5 * towards.y) * 250.0
     });
     (Camera3d::default(), Hdr, Msaa::Sample4, WindfallAmbient(sky))
 }
