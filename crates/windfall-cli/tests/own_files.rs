@@ -224,3 +224,55 @@ fn a_single_tree_fills_the_picture() {
         &["eye and target are the same"],
     );
 }
+
+#[test]
+fn an_exr_tells_which_leaf_is_seen() {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let place = Place::new();
+    // Four trees of two leaves; the second leaf of the third tree is thrown.
+    let events = common::SCENE.replace(
+        "camera:",
+        "spacing: Some(5), shedding: None, wind: (speed: 0), events: [(tree: 2, leaf: 1, time: 0.05)], camera:",
+    );
+    place.write("events.ron", events);
+    place.succeed("render events.ron --camera 0,4,26 0,2,0 50 --ids --frames 0-9 --out f_%d.exr");
+    // By leaf and tree, counted from 1: pixels, and the sum of their rows.
+    let seen = |name: &str| {
+        let image = read().no_deep_data().largest_resolution_level().all_channels();
+        let image = image.first_valid_layer().all_attributes().from_file(place.path(name)).unwrap();
+        let channel = |name: &str| {
+            let list = &image.layer_data.channel_data.list;
+            let found = list.iter().find(|c| c.name.to_string() == name).unwrap();
+            found.sample_data.values_as_f32().collect::<Vec<f32>>()
+        };
+        let (leaves, trees, depths) = (channel("id.leaf"), channel("id.tree"), channel("Z"));
+        let mut found = std::collections::BTreeMap::new();
+        for (i, ((leaf, tree), depth)) in leaves.iter().zip(&trees).zip(&depths).enumerate() {
+            assert_eq!(*leaf > 0.0, *tree > 0.0, "a leaf has a tree");
+            if *leaf > 0.0 {
+                assert!(*depth < 100.0, "a leaf is before the sky");
+                let sum: &mut (u32, usize) = found.entry((*tree as u32, *leaf as u32)).or_default();
+                *sum = (sum.0 + 1, sum.1 + i / 96);
+            }
+        }
+        found
+    };
+    let (before, after) = (seen("f_0.exr"), seen("f_9.exr"));
+    let all = [(1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2), (4, 1), (4, 2)];
+    // One may be behind another.
+    assert!(before.len() >= 6 && before.keys().all(|id| all.contains(id)), "{before:?}");
+    let row = |of: &(u32, usize)| of.1 as f32 / of.0 as f32;
+    for &id in before.keys() {
+        let now = after.get(&id).unwrap_or_else(|| panic!("{id:?} is gone: {after:?}"));
+        let fallen = row(now) - row(&before[&id]);
+        if id == (3, 2) {
+            assert!(fallen > 1.0, "{id:?} by {fallen} rows");
+        } else {
+            assert!(fallen.abs() < 0.5, "{id:?} by {fallen} rows");
+        }
+    }
+    let run = place.run("render small.ron --ids --out a.png");
+    assert!(run.code != Some(0) && run.stderr.contains("--ids"), "{run:?}");
+    let run = place.run("render small.ron --ids --strategy vertex --out a.exr");
+    assert!(run.code != Some(0) && run.stderr.contains("vertex"), "{run:?}");
+}

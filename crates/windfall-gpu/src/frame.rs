@@ -146,6 +146,7 @@ impl Renderer {
             self.falls.collect_detached(pass, loose);
         });
         loose.copy_count(encoder, Counter::LandingGroups);
+        loose.copy_count(encoder, Counter::AwakeGroups);
         timing.compute_pass(encoder, "land", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
             self.falls.solve_landings(pass, loose);
@@ -155,9 +156,11 @@ impl Renderer {
             self.falls.pose(pass, loose);
         });
         loose.copy_count(encoder, Counter::ChangeGroups);
+        loose.copy_count(encoder, Counter::CalmGroups);
         timing.compute_pass(encoder, "change", |pass| {
             pass.set_bind_group(0, &group.group, &[]);
             self.falls.transition(pass, loose);
+            self.falls.settle(pass, loose);
         });
         Ok(())
     }
@@ -384,9 +387,14 @@ impl Renderer {
                 self.quads.arrange(pass, quads);
             }
         });
+        timing.compute_pass(encoder, "select", |pass| {
+            pass.set_bind_group(0, &state.frame.group, &[]);
+            self.gather.select(pass, &forest_buffers.loose, loose);
+        });
+        loose.copy_count(encoder);
         timing.compute_pass(encoder, "gather", |pass| {
             pass.set_bind_group(0, &state.frame.group, &[]);
-            self.gather.run(pass, &forest_buffers.loose, loose);
+            self.gather.run(pass, loose);
         });
         state.prepared = Some(Prepared { view: view.clone(), cull, cascades });
         Ok(())
@@ -538,9 +546,9 @@ impl Renderer {
     }
 }
 
-/// Quads are opaque: leaves that fade by opacity are none.
+/// Quads are opaque, and have a colour and nothing else: leaves that fade by opacity or are told apart are none.
 fn opaque(view: &View) -> bool {
-    view.detail.fade.by == FadeBy::Size
+    view.detail.fade.by == FadeBy::Size && view.show != DebugView::Ids
 }
 
 /// Draws depth of the trees of a view or shadow map.

@@ -11,7 +11,7 @@ pub use crate::base::wgsl::{Module, Settings, Shaders, compose, text};
 pub use crate::pass::MODULES;
 pub use crate::pass::leaves::LEAVES;
 pub use crate::scene::falls::{EMPTY, storage, zeros};
-pub use crate::scene::model::{ShapeBuffers, ShapeVertex};
+pub use crate::scene::loose_shapes::{ShapeBuffers, ShapeVertex};
 pub use crate::scene::tables::{table_view, tables};
 pub use crate::view::cascades::TARGET as SHADOW_TARGET;
 pub use crate::view::targets::{DEPTH, RADIANCE, SAMPLES};

@@ -1,6 +1,7 @@
 //! `windfall bench falling`: what falling leaves cost (VB 6.3 and beyond).
 
 mod million;
+mod rest;
 mod scaling;
 mod soak;
 mod strategies;
@@ -10,6 +11,7 @@ use crate::harness::Harness;
 use crate::output::{create_folder, write_json, write_text};
 use anyhow::bail;
 use million::Many;
+use rest::AtRest;
 use scaling::Counts;
 use serde::Serialize;
 use soak::Soak;
@@ -23,17 +25,18 @@ use windfall_scenes::Strategy;
 const WARM_UP: u32 = 3;
 
 /// The passes that pose leaves: once a frame, and those in view into the list that is drawn.
-const POSE_PASSES: [&str; 2] = ["pose", "gather"];
+const POSE_PASSES: [&str; 3] = ["pose", "select", "gather"];
 
 /// Arguments of `windfall bench falling`.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Parts to run: a (VB's scene, each strategy), b (a million leaves), c (cost against count)
+    /// Parts to run: a (VB's scene, each strategy), b (a million leaves in the air), c (cost against count), r (a million
+    /// leaves at rest)
     ///
     /// Leaf occlusion of part a is for the strategies vertex, fragment and vertex-buffer: its row for
-    /// compute is "-". The pose pass of parts b and c is two: one poses all leaves once a frame, one
-    /// gathers the leaves of a view.
-    #[arg(long, value_name = "abc", default_value = "abc")]
+    /// compute is "-". The pose pass of parts b and c is three: one poses all leaves once a frame, two
+    /// gather the leaves of a view.
+    #[arg(long, value_name = "abcr", default_value = "abcr")]
     parts: String,
     /// Measured frames of each kind
     #[arg(long, value_name = "N", default_value_t = 15)]
@@ -85,13 +88,14 @@ struct Report {
     strategies: Vec<StrategyRow>,
     many: Option<Many>,
     counts: Option<Counts>,
+    at_rest: Option<AtRest>,
     soak: Option<Soak>,
 }
 
 /// Runs `windfall bench falling`.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    if args.frames == 0 || args.parts.chars().any(|c| !"abc".contains(c)) {
-        bail!("--parts is of a, b and c, and --frames at least 1");
+    if args.frames == 0 || args.parts.chars().any(|c| !"abcr".contains(c)) {
+        bail!("--parts is of a, b, c and r, and --frames at least 1");
     }
     let mut gpu = Gpu::open()?;
     println!("{}, {}x{}", gpu.adapter, args.size.0, args.size.1);
@@ -105,6 +109,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if args.parts.contains('c') {
         report.counts = Some(scaling::measure(args, &mut gpu, &harness)?);
+    }
+    if args.parts.contains('r') {
+        report.at_rest = Some(rest::measure(args, &mut gpu, &harness)?);
     }
     if args.soak > 0 {
         report.soak = Some(soak::measure(args.soak, args.soak_leaves, &mut gpu)?);

@@ -4,7 +4,7 @@ mod pictures;
 
 use crate::falling::{FallArgs, read_paths};
 use crate::framing;
-use crate::linear::Linear;
+use crate::linear::{Linear, LinearOptions};
 use crate::loading;
 use crate::output::{Film, Output};
 use crate::planting::{self, PlantArgs, ThrowArgs};
@@ -107,6 +107,9 @@ pub struct Args {
     /// Skip frames whose file is there (with a pattern such as frames_%05d.png)
     #[arg(long)]
     resume: bool,
+    /// Also write which leaf is seen: channels id.leaf and id.tree of an .exr
+    #[arg(long)]
+    ids: bool,
     /// Leave the sky clear: straight alpha in .png, .apng and .exr
     #[arg(long)]
     alpha: bool,
@@ -173,6 +176,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     if args.alpha && !output.has_alpha() {
         bail!("--alpha: --out {} has no alpha; .png, .apng and .exr have", args.out);
+    }
+    if args.ids && !output.is_exr() {
+        bail!("--ids: --out {} has no place for them; .exr has", args.out);
+    }
+    if args.ids && scene.strategy != Strategy::Compute {
+        bail!("--ids: the strategy {} does not tell leaves apart; compute does", scene.strategy);
     }
     // Trees load while the pipelines compile.
     let sources = loading::sources(&scene, &folder);
@@ -245,7 +254,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .as_ref()
         .map(|f| windfall_host::sky::read(&folder.join(f)))
         .transpose()?;
-    let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, args.alpha));
+    let kept = LinearOptions { clear: args.alpha, ids: args.ids };
+    let linear = output.is_exr().then(|| Linear::new(&gpu.device, scene.size, kept));
     let mut pictures = Pictures::new(&gpu, renderer, &stage, scene.size, (sky.as_ref(), linear))?;
     gpu.check()?;
     startup.upload = since(uploading);

@@ -6,7 +6,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
 use windfall_gpu::{
-    Capture, Layer, Light, PictureTargets, Recording, Renderer, SkyMap, SkyPicture, View, ViewState,
+    Capture, DebugView, Layer, Light, PictureTargets, Recording, Renderer, SkyMap, SkyPicture,
+    View, ViewState,
 };
 use windfall_host::device::Gpu;
 use windfall_scenes::{PlantedStage, Stage};
@@ -94,6 +95,15 @@ impl Pictures {
         gpu.queue.submit([encoder.finish()]);
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
         gpu.profiler.end_frame().context("timers")?;
+        if linear.as_ref().is_some_and(Linear::wants_ids) {
+            // A submission of its own: the frame's uniforms are written before each.
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let mut recording = Recording::new(&gpu.queue, &mut encoder);
+            let view = View { show: DebugView::Ids, ..view };
+            let layers = linear.iter_mut().map(|layer| layer as &mut dyn Layer).collect();
+            planted.render_with(renderer, &mut recording, state, (time, &view), target, layers)?;
+            gpu.queue.submit([encoder.finish()]);
+        }
         capture.map();
         counts.map();
         if let Some(linear) = linear {

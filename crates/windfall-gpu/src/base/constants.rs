@@ -55,10 +55,11 @@ shared_numbers! {
     GROUP = 4 * BLOCK;
     /// Workgroups in a row of a dispatch.
     ROW = 32_768;
-    /// Words of the forest's counters before anything else: see `Tally`.
-    TALLIES = 8;
-    /// Words of a view's counters that count leaves.
-    VIEW_TALLIES = 4;
+    /// Words of the forest's counters: see `windfall_gpu::scene::falls::Counter`.
+    TALLIES = 12;
+    /// Words of a view's counters before the arguments of its draws: leaves drawn in the air, leaves drawn on the
+    /// ground, then groups of slots to gather from, workgroups in a row for them, rows.
+    VIEW_TALLIES = 5;
     /// Words of an indirect draw.
     DRAW_WORDS = 5;
     /// Texels in a row of the path tables.
@@ -176,12 +177,16 @@ debug_views! {
     Occlusion = "occlusion", SHOW_OCCLUSION;
     /// The radiance of leaves alone, on black, times the exposure: linear up to 1, not tone mapped.
     Radiance = "radiance", SHOW_RADIANCE;
+    /// Which leaf is seen, each in a colour of its own, on black. Before tone mapping a sample is a number in the
+    /// digits of base 2,048, lowest first: the leaf in the model's order, counted from 1 (red, green), and the
+    /// tree's index in the forest (blue, alpha); halves hold them exactly. Layers draw what they draw.
+    Ids = "ids", SHOW_IDS;
 }
 
 impl DebugView {
     /// Whether nothing but leaves is drawn.
     pub fn leaves_alone(self) -> bool {
-        matches!(self, Self::Leaves | Self::Coverage | Self::Radiance)
+        matches!(self, Self::Leaves | Self::Coverage | Self::Radiance | Self::Ids)
     }
 }
 

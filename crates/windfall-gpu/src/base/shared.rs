@@ -354,8 +354,9 @@ gpu_struct! {
         pub seed: u32,
         /// Index of its model; `u32::MAX` for a place that holds none.
         pub model: u32,
-        /// 1 where a program has thrown leaves of it (`windfall_gpu::Forest::throw`), else 0.
-        pub events: u32,
+        /// Twice its index in the forest; 1 more where a program has thrown leaves of it
+        /// (`windfall_gpu::Forest::throw`).
+        pub index_events: u32,
     }
 }
 
@@ -587,10 +588,10 @@ gpu_struct! {
         pub group_first: u32,
         /// 1 where a program has thrown leaves of the tree: they are not of this stream.
         pub events: u32,
+        /// Index of the tree in its forest.
+        pub tree: u32,
         /// Unused.
-        pub padding0: u32,
-        /// Unused.
-        pub padding1: u32,
+        pub padding: u32,
     }
 }
 

@@ -21,6 +21,8 @@ pub mod text {
     pub const POSE: &str = include_str!("wgsl/pose.wgsl");
     /// A leaf that has left its twig, as it is drawn.
     pub const LOOSE: &str = include_str!("wgsl/loose.wgsl");
+    /// Groups of slots at rest.
+    pub const REST: &str = include_str!("wgsl/rest.wgsl");
     /// The instance-step vertex buffer of trees.
     pub const INSTANCE: &str = include_str!("wgsl/instance.wgsl");
     /// Corners of quads.

@@ -379,7 +379,7 @@ fn scatter(
     if list_index / VIEWS == WOOD {
         out.growth = wood_error(list, tree.scale, center_of(tree, crown));
     }
-    out.contrast = level.contrast;
+    out.contrast = select(level.contrast, f32(tree.index_events >> 1u), frame.show == SHOW_IDS);
     out.seed = tree.seed;
     out.wind = pack2x16float(wind_at(tree.position));
     var cosines = vec2(0.5 * list.mean_cosine);
@@ -388,7 +388,7 @@ fn scatter(
     }
     out.mean_cosines = pack2x16float(cosines);
     let detached = detached_by(0.0, tree.seed, tree.delay, tree.gust_phase, crown.leaf_count);
-    out.detached = detached | (tree.events << 24u);
+    out.detached = detached | ((tree.index_events & 1u) << 24u);
     placed[list_index * cull.tree_count + crown.tree_first + start + before + (key >> 16u)] = out;
     // Every tree in view is in the list of wood.
     if list_index == WOOD * VIEWS {

@@ -9,8 +9,14 @@ use crate::scene::falls::LooseState;
 pub const FALLS: Module = Module {
     name: "falls",
     source: |settings| {
-        let sources =
-            [text::TABLES, text::SHED, text::POSE, text::LOOSE, include_str!("falls.wgsl")];
+        let sources = [
+            text::TABLES,
+            text::SHED,
+            text::POSE,
+            text::LOOSE,
+            text::REST,
+            include_str!("falls.wgsl"),
+        ];
         compose(settings, &sources)
     },
 };
@@ -19,9 +25,11 @@ pub const FALLS: Module = Module {
 pub struct Falls {
     update_windows: wgpu::ComputePipeline,
     collect_detached: wgpu::ComputePipeline,
+    wake: wgpu::ComputePipeline,
     solve_landings: wgpu::ComputePipeline,
     pose: wgpu::ComputePipeline,
     transition: wgpu::ComputePipeline,
+    settle: wgpu::ComputePipeline,
 }
 
 /// Workgroups in rows: no side of a dispatch is longer than the device allows.
@@ -36,13 +44,15 @@ impl Falls {
         Self {
             update_windows: pipeline("update_windows"),
             collect_detached: pipeline("collect_detached"),
+            wake: pipeline("wake"),
             solve_landings: pipeline("solve_landings"),
             pose: pipeline("pose"),
             transition: pipeline("transition"),
+            settle: pipeline("settle"),
         }
     }
 
-    /// Lists the leaves that have newly detached.
+    /// Lists the leaves that have newly detached, and the groups of slots where something may happen.
     pub fn collect_detached(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         let streams = loose.streams.all.len() as u32;
         pass.set_bind_group(1, &loose.group, &[]);
@@ -50,6 +60,8 @@ impl Falls {
         pass.dispatch_workgroups(streams.div_ceil(BLOCK), 1, 1);
         pass.set_pipeline(&self.collect_detached);
         dispatch(pass, streams);
+        pass.set_pipeline(&self.wake);
+        pass.dispatch_workgroups((loose.streams.groups.len() as u32).div_ceil(BLOCK), 1, 1);
     }
 
     /// Finds where they will land.
@@ -63,7 +75,7 @@ impl Falls {
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.pose);
-        dispatch(pass, loose.streams.groups.len() as u32);
+        pass.dispatch_workgroups_indirect(&loose.indirect, 24);
     }
 
     /// Poses the leaves that leave their twigs, settle, or vanish.
@@ -71,5 +83,12 @@ impl Falls {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.transition);
         pass.dispatch_workgroups_indirect(&loose.indirect, 12);
+    }
+
+    /// Notes which groups of slots have come to rest.
+    pub fn settle(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
+        pass.set_bind_group(1, &loose.group, &[]);
+        pass.set_pipeline(&self.settle);
+        pass.dispatch_workgroups_indirect(&loose.indirect, 36);
     }
 }

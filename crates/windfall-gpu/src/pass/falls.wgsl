@@ -16,6 +16,8 @@
 // A leaf a slot, as it is drawn: what views gather from. Of leaves that have withered it stays as it is.
 @group(1) @binding(6) var<storage, read_write> posed: array<LooseLeaf>;
 // WINDOW vectors a stream: see Window. Then a word a slot: leaves that `solve_landings` or `transition` has to see to.
+// Then REST vectors a group of slots: see rest.wgsl. Then two words a group: the groups to pose, and those that come to
+// rest.
 @group(1) @binding(7) var<storage, read_write> work: array<vec4<u32>>;
 // See windfall_gpu::scene::falls::Counter.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
@@ -31,6 +33,9 @@ const LANDINGS: u32 = 2u;
 const LANDING_GROUPS: u32 = 3u;
 const CHANGES: u32 = 4u;
 const CHANGE_GROUPS: u32 = 5u;
+// Groups of slots to pose, workgroups in a row for them, rows; the same of those that come to rest.
+const AWAKE: u32 = 6u;
+const CALM: u32 = 9u;
 
 // Where a leaf is, in the lowest bits of LooseLeaf.scale.
 const LETS_GO: u32 = 0u;
@@ -155,6 +160,56 @@ fn listed(i: u32) -> Listed {
     let word = work[listed_at(i)][i % 4u];
     let group = word / GROUP;
     return Listed(lists[2u * group], lists[2u * group + 1u] + word % GROUP);
+}
+
+fn group_list(list: u32, i: u32) -> u32 {
+    let words = (fall.group_count + 3u) / 4u;
+    return rest_at(fall.group_count) + words * ((list - AWAKE) / 3u) + i / 4u;
+}
+
+// Adds a group of slots to one of the lists, and a workgroup for it.
+fn add_group(list: u32, group: u32) {
+    let i = atomicAdd(&counters[list], 1u);
+    atomicMax(&counters[list + 1u], min(i + 1u, ROW));
+    atomicMax(&counters[list + 2u], i / ROW + 1u);
+    work[group_list(list, i)][i % 4u] = group;
+}
+
+// The group of slots that a workgroup has; none in the last row's end.
+struct OfGroup {
+    there: bool,
+    group: u32,
+}
+
+fn group_of(list: u32, id: vec3<u32>) -> OfGroup {
+    let i = id.y * ROW + id.x;
+    let there = i < atomicLoad(&counters[list]);
+    let at = select(0u, i, there);
+    return OfGroup(there, select(0u, work[group_list(list, at)][at % 4u], there));
+}
+
+// Lists the groups of slots in which something may happen. Those that hold nothing are left out, and those at rest,
+// where every leaf has withered and was posed for good, until an entry detaches into them or is about to.
+@compute @workgroup_size(BLOCK)
+fn wake(@builtin(global_invocation_id) id: vec3<u32>) {
+    let group = id.x;
+    if group >= fall.group_count {
+        return;
+    }
+    let at = WINDOW * lists[2u * group];
+    let detached = work[at].x;
+    let soon = work[at].y;
+    let known = work[at + 3u].x;
+    let recolor = work[at + 3u].z == 1u;
+    let rest = rest_of(group);
+    if rest.there && known > 0u && !recolor && soon <= rest.until {
+        atomicAdd(&counters[ON_GROUND], rest.leaves);
+        return;
+    }
+    work[rest_at(group) + 1u].y = 0u;
+    if lists[2u * group + 1u] < detached {
+        add_group(AWAKE, group);
+    }
 }
 
 // Lists the entries that have detached since the last frame, or all that are kept after a seek; a
@@ -380,10 +435,11 @@ fn entries_back(window: Window, at: u32) -> u32 {
 }
 
 // Poses the leaf in local slot `at` of a stream if it flies or lies. If it changes, it is listed for `transition`.
-// Returns 1 for a leaf in the air, 0x10000 for one on the ground.
-fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
+// Returns 1 for a leaf in the air, 0x400 for one on the ground, 0x100000 more for one that was posed for good.
+fn pose_slot(window: Window, of_group: OfGroup, at: u32) -> u32 {
+    let group = of_group.group;
     let back = entries_back(window, at);
-    let held = at < window.keep && back < window.detached;
+    let held = of_group.there && at < window.keep && back < window.detached;
     let slot = window.slot_first + select(0u, at, held);
     let a = bitcast<vec4<f32>>(slots[2u * slot]);
     let b = slots[2u * slot + 1u];
@@ -394,6 +450,7 @@ fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
     let vanishes = window.detached - 1u - back + window.keep < window.soon;
     var changes = held && there && (window.recolor || vanishes || (!lies && elapsed > landing - settle_time(landing)));
     let in_air = held && !lies && elapsed < landing;
+    let settled = lies && a.w <= SETTLED;
     var leaf: LooseLeaf;
     if lies {
         leaf = located(lying_leaf(a, b), LIES);
@@ -411,13 +468,14 @@ fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
         if i % BLOCK == 0u && i < BLOCK * ROW {
             atomicAdd(&counters[CHANGE_GROUPS], 1u);
         }
-    } else if held && there && !(lies && a.w <= SETTLED) {
+    } else if held && there && !settled {
         posed[slot] = leaf;
         if lies && elapsed > WITHERING {
             slots[2u * slot].w = bitcast<u32>(SETTLED);
         }
     }
-    return select(0u, select(0x10000u, 1u, in_air), held && there);
+    let lying = select(0x400u, 0x100400u, settled && !changes);
+    return select(0u, select(lying, 1u, in_air), held && there);
 }
 
 var<workgroup> counts: atomic<u32>;
@@ -426,23 +484,74 @@ var<workgroup> counts: atomic<u32>;
 // costlier. A thread has several slots, BLOCK apart: what they have in common is read once.
 @compute @workgroup_size(BLOCK)
 fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let group = id.y * ROW + id.x;
-    if group >= fall.group_count {
-        return;
-    }
-    let window = window_of(lists[2u * group]);
-    let first = lists[2u * group + 1u];
-    let p0 = pose_slot(window, group, first + local);
-    let p1 = pose_slot(window, group, first + BLOCK + local);
-    let p2 = pose_slot(window, group, first + 2u * BLOCK + local);
-    let p3 = pose_slot(window, group, first + 3u * BLOCK + local);
+    let of_group = group_of(AWAKE, id);
+    let window = window_of(lists[2u * of_group.group]);
+    let first = lists[2u * of_group.group + 1u];
+    let p0 = pose_slot(window, of_group, first + local);
+    let p1 = pose_slot(window, of_group, first + BLOCK + local);
+    let p2 = pose_slot(window, of_group, first + 2u * BLOCK + local);
+    let p3 = pose_slot(window, of_group, first + 3u * BLOCK + local);
     atomicAdd(&counts, p0 + p1 + p2 + p3);
     workgroupBarrier();
     if local == 0u {
         let all = atomicLoad(&counts);
-        atomicAdd(&counters[IN_AIR], all & 0xffffu);
-        atomicAdd(&counters[ON_GROUND], all >> 16u);
+        let lying = (all >> 10u) & 0x3ffu;
+        atomicAdd(&counters[IN_AIR], all & 0x3ffu);
+        atomicAdd(&counters[ON_GROUND], lying);
+        if lying > 0u && (all & 0x3ffu) == 0u && all >> 20u == lying {
+            add_group(CALM, of_group.group);
+        }
     }
+}
+
+var<workgroup> lows: array<vec3<f32>, BLOCK>;
+var<workgroup> highs: array<vec4<f32>, BLOCK>;
+var<workgroup> lying_count: atomic<u32>;
+
+// Notes what a view has to know of a group that has come to rest, and until when it rests.
+@compute @workgroup_size(BLOCK)
+fn settle(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let of_group = group_of(CALM, id);
+    let group = of_group.group;
+    let window = window_of(lists[2u * group]);
+    let first = lists[2u * group + 1u];
+    var low = vec3(1e30);
+    var high = vec4(vec3(-1e30), 0.0);
+    for (var i = 0u; i < GROUP; i += BLOCK) {
+        let at = first + i + local;
+        let held = at < window.keep && entries_back(window, at) < window.detached;
+        let leaf = posed[window.slot_first + select(0u, at, held)];
+        if held && leaf.scale > 0.0 {
+            low = min(low, leaf.position);
+            high = max(high, vec4(leaf.position, leaf.scale));
+            atomicAdd(&lying_count, 1u);
+        }
+    }
+    lows[local] = low;
+    highs[local] = high;
+    workgroupBarrier();
+    for (var step = BLOCK / 2u; step > 0u; step /= 2u) {
+        if local < step {
+            lows[local] = min(lows[local], lows[local + step]);
+            highs[local] = max(highs[local], highs[local + step]);
+        }
+        workgroupBarrier();
+    }
+    if local > 0u || !of_group.there {
+        return;
+    }
+    let most = highs[0];
+    // The first entry to come that has its slot here.
+    let next = window.detached % window.keep;
+    var until = window.detached;
+    if next < first {
+        until += first - next;
+    } else if next - first >= GROUP {
+        until += window.keep - next + first;
+    }
+    let at = rest_at(group);
+    work[at] = bitcast<vec4<u32>>(vec4(0.5 * (lows[0] + most.xyz), 0.5 * distance(lows[0], most.xyz)));
+    work[at + 1u] = vec4(until, atomicLoad(&lying_count), bitcast<u32>(most.w), 0u);
 }
 
 // Poses the listed leaves: those that leave their twigs, settle, have just landed, or vanish.

@@ -1,6 +1,5 @@
 //! What a view draws of the leaves that have left their twigs.
 
-use super::falls::dispatch;
 use crate::base::constants::BLOCK;
 use crate::base::layouts::Layouts;
 use crate::base::pipeline::{Draw, Target};
@@ -9,13 +8,15 @@ use crate::base::wgsl::{Module, Shaders, compose, text};
 use crate::pass::leaves::LEAVES;
 use crate::scene::falls::LooseState;
 use crate::scene::forest::ForestBuffers;
-use crate::scene::model::ShapeVertex;
+use crate::scene::loose_shapes::ShapeVertex;
 use crate::view::state::LooseView;
 
 /// The module that gathers.
 pub const GATHER: Module = Module {
     name: "gather",
-    source: |settings| compose(settings, &[text::SIMPLIFY, include_str!("gather.wgsl")]),
+    source: |settings| {
+        compose(settings, &[text::SIMPLIFY, text::REST, include_str!("gather.wgsl")])
+    },
 };
 
 /// Posed leaves, an instance each.
@@ -30,7 +31,8 @@ pub const LEAF: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
 /// Gathers loose leaves for a view.
 pub struct Gather {
     levels: wgpu::ComputePipeline,
-    gather: wgpu::ComputePipeline,
+    select: wgpu::ComputePipeline,
+    leaves: wgpu::ComputePipeline,
 }
 
 impl Gather {
@@ -38,17 +40,25 @@ impl Gather {
         let groups = [&layouts.frame, &layouts.gather];
         Self {
             levels: shaders.compute(&GATHER, "levels", &groups, &[]),
-            gather: shaders.compute(&GATHER, "gather", &groups, &[]),
+            select: shaders.compute(&GATHER, "select_groups", &groups, &[]),
+            leaves: shaders.compute(&GATHER, "gather", &groups, &[]),
         }
     }
 
-    /// Gathers the leaves in view.
-    pub fn run(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState, view: &LooseView) {
+    /// Finds how streams are drawn, and which groups of slots may have leaves in view.
+    pub fn select(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState, view: &LooseView) {
         pass.set_bind_group(1, &view.group, &[]);
         pass.set_pipeline(&self.levels);
         pass.dispatch_workgroups((loose.streams.all.len() as u32).div_ceil(BLOCK), 1, 1);
-        pass.set_pipeline(&self.gather);
-        dispatch(pass, loose.streams.groups.len() as u32);
+        pass.set_pipeline(&self.select);
+        pass.dispatch_workgroups((loose.streams.groups.len() as u32).div_ceil(BLOCK), 1, 1);
+    }
+
+    /// Gathers the leaves in view from the groups that were selected.
+    pub fn run(&self, pass: &mut wgpu::ComputePass<'_>, view: &LooseView) {
+        pass.set_bind_group(1, &view.group, &[]);
+        pass.set_pipeline(&self.leaves);
+        pass.dispatch_workgroups_indirect(&view.indirect, 0);
     }
 }
 

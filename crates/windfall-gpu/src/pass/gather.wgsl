@@ -12,8 +12,8 @@
 @group(1) @binding(6) var<storage, read> work: array<vec4<u32>>;
 // The leaves that are drawn: those of a draw from its first slot on, its small ones from its end down.
 @group(1) @binding(7) var<storage, read_write> drawn: array<LooseLeaf>;
-// Tallies: leaves drawn in the air, leaves drawn on the ground. Then the indirect arguments of the draws; those of
-// their small leaves; two words a stream: see `levels`.
+// See VIEW_TALLIES. Then the indirect arguments of the draws; those of their small leaves; two words a stream: see
+// `levels`; a word for each group of slots to gather from.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
 const LIES: u32 = 2u;
@@ -24,6 +24,10 @@ fn arguments_at(bin: u32, small: bool) -> u32 {
 
 fn level_at(stream: u32) -> u32 {
     return VIEW_TALLIES + 2u * DRAW_WORDS * fall.bin_count + 2u * stream;
+}
+
+fn selected_at(i: u32) -> u32 {
+    return level_at(fall.stream_count) + i;
 }
 
 // How the tree of a stream is drawn.
@@ -65,6 +69,28 @@ fn levels(@builtin(global_invocation_id) id: vec3<u32>) {
     atomicStore(&counters[at + 1u], pack2x16float(vec2(slope, level.growth)));
 }
 
+// Groups of slots that may have leaves in view: all that hold any, but for those at rest elsewhere.
+@compute @workgroup_size(BLOCK)
+fn select_groups(@builtin(global_invocation_id) id: vec3<u32>) {
+    let group = id.x;
+    if group >= fall.group_count {
+        return;
+    }
+    let stream = lists[2u * group];
+    if lists[2u * group + 1u] >= work[WINDOW * stream].x {
+        return;
+    }
+    let rest = rest_of(group);
+    let leaf_radius = streams[stream].radius * rest.scale * level_of(stream).growth;
+    if rest.there && !in_view(rest.middle, rest.radius + leaf_radius) {
+        return;
+    }
+    let i = atomicAdd(&counters[2], 1u);
+    atomicMax(&counters[3], min(i + 1u, ROW));
+    atomicMax(&counters[4], i / ROW + 1u);
+    atomicStore(&counters[selected_at(i)], group);
+}
+
 // A stream's leaves: see Window in falls.wgsl.
 struct Window {
     detached: u32,
@@ -77,6 +103,8 @@ struct Window {
     radius: f32,
     list_first: u32,
     bin_first: u32,
+    // Its tree's index in the forest.
+    tree: u32,
 }
 
 fn window_of(stream: u32) -> Window {
@@ -84,13 +112,12 @@ fn window_of(stream: u32) -> Window {
     let a = work[at];
     let b = work[at + 1u];
     let d = work[at + 3u];
-    return Window(a.x, a.z, a.w, b.x, b.y == 1u, b.z, bitcast<f32>(b.w), d.y, d.w);
+    return Window(a.x, a.z, a.w, b.x, b.y == 1u, b.z, bitcast<f32>(b.w), d.y, d.w, streams[stream].tree);
 }
 
-// What the leaf of an entry is drawn with of its size: 0 if its tree is drawn without it.
-fn kept_size(window: Window, level: StreamLevel, entry: u32) -> f32 {
-    let leaf = f32(lists[window.list_first + entry]);
-    let seen = clamp((level.fade_end - leaf) * level.fade_slope, 0.0, 1.0);
+// What a leaf is drawn with of its size: 0 if its tree is drawn without it.
+fn kept_size(level: StreamLevel, leaf: u32) -> f32 {
+    let seen = clamp((level.fade_end - f32(leaf)) * level.fade_slope, 0.0, 1.0);
     return level.growth * sqrt(select(seen, seen * seen * (3.0 - 2.0 * seen), frame.fade_smooth == 1u));
 }
 
@@ -119,13 +146,18 @@ struct Gathered {
     in_air: bool,
 }
 
-fn gather_slot(window: Window, level: StreamLevel, at: u32) -> Gathered {
+fn gather_slot(window: Window, level: StreamLevel, there: bool, at: u32) -> Gathered {
     let back = window.newest - at + select(0u, window.keep, at > window.newest);
-    let held = at < window.keep && back < window.detached;
+    let held = there && at < window.keep && back < window.detached;
     var leaf = posed[window.slot_first + select(0u, at, held)];
     let bits = bitcast<u32>(leaf.scale);
     let place = bits & 3u;
-    leaf.scale = bitcast<f32>(bits & ~3u) * kept_size(window, level, select(0u, window.detached - 1u - back, held));
+    let index = lists[window.list_first + select(0u, window.detached - 1u - back, held)];
+    leaf.scale = bitcast<f32>(bits & ~3u) * kept_size(level, index);
+    if frame.show == SHOW_IDS {
+        leaf.color = index;
+        leaf.look = (leaf.look & 0xffu) | (window.tree << 8u);
+    }
     let seen = held && leaf.scale > 0.0 && in_view(leaf.position, window.radius * leaf.scale);
     return Gathered(leaf, seen, seen && is_small(window, leaf), place < LIES);
 }
@@ -152,18 +184,18 @@ fn put(gathered: Gathered, at: vec2<u32>) -> vec2<u32> {
 
 @compute @workgroup_size(BLOCK)
 fn gather(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let group = id.y * ROW + id.x;
-    if group >= fall.group_count {
-        return;
-    }
+    // None in the last row's end.
+    let there = id.y * ROW + id.x < atomicLoad(&counters[2]);
+    let listed = atomicLoad(&counters[selected_at(select(0u, id.y * ROW + id.x, there))]);
+    let group = select(0u, listed, there);
     let stream = lists[2u * group];
     let window = window_of(stream);
     let level = level_of(stream);
     let first = lists[2u * group + 1u];
-    let p0 = gather_slot(window, level, first + local);
-    let p1 = gather_slot(window, level, first + BLOCK + local);
-    let p2 = gather_slot(window, level, first + 2u * BLOCK + local);
-    let p3 = gather_slot(window, level, first + 3u * BLOCK + local);
+    let p0 = gather_slot(window, level, there, first + local);
+    let p1 = gather_slot(window, level, there, first + BLOCK + local);
+    let p2 = gather_slot(window, level, there, first + 2u * BLOCK + local);
+    let p3 = gather_slot(window, level, there, first + 3u * BLOCK + local);
     let before = atomicAdd(&counts, counted(p0) + counted(p1) + counted(p2) + counted(p3));
     workgroupBarrier();
     if local == 0u {

@@ -24,7 +24,7 @@ struct Varyings {
     // times what any of its corners has.
     @location(2) @interpolate(perspective, centroid) bent_normal_reach: vec4<f32>,
     @location(3) uv: vec2<f32>,
-    // Of small loose leaves their radiance.
+    // Of small loose leaves their radiance. Where leaves are told apart (SHOW_IDS), leaf and tree.
     @location(4) @interpolate(flat) color: vec3<f32>,
     // Index of its surface in the lowest byte; above it the leaf's bent normal, which tells it from others.
     @location(5) @interpolate(flat) material: u32,
@@ -39,6 +39,7 @@ struct Outline {
     @builtin(position) clip: vec4<f32>,
     // Radiance; the way from the midrib, in widths of the blade, to the right.
     @location(0) radiance_across: vec4<f32>,
+    // Where leaves are told apart: Varyings.color.
     @location(1) @interpolate(flat) most_radiance: vec3<f32>,
 }
 
@@ -206,6 +207,9 @@ fn leaf_alike(vertex: Varyings, in: LeafVertex, tree: Tree, seen: f32) -> Varyin
     if frame.show == SHOW_DETAIL {
         out.color = detail_color(tree.turn_season.w);
     }
+    if frame.show == SHOW_IDS {
+        out.color = vec3(f32(in.leaf), tree.fade_growth.w, 0.0);
+    }
     out.ambient = mix(ambient_at(model.ambient, from_center), in.offset_ambient.w, shading_contrast);
     return out;
 }
@@ -272,13 +276,16 @@ fn outline(in: LeafVertex, tree: Tree, @builtin(vertex_index) index: u32) -> Out
     let radiance = in_the_air(leaf_radiance(vertex, albedo, 0.0), vertex.world);
     let leaf = leaf_diffuse(albedo);
     let most = (leaf.reflected + leaf.passed) * (frame.sun_color / PI + 2.0 * frame.ambient[0].rgb);
-    return Outline(vertex.clip, vec4(radiance, across), most + radiance);
+    return Outline(vertex.clip, vec4(radiance, across), select(most + radiance, vertex.color, frame.show == SHOW_IDS));
 }
 
 // The middles of pixels that a leaf covers in part lie beyond it: of one seen from its edge, what its plane
 // has there may be anything, and is kept within what the leaf may have.
 @fragment
 fn lit_outline(in: Outline) -> @location(0) vec4<f32> {
+    if frame.show == SHOW_IDS {
+        return id_digits(in.most_radiance);
+    }
     var radiance = clamp(in.radiance_across.rgb, vec3(0.0), in.most_radiance);
     if frame.show != SHOW_COVERAGE {
         let across = in.radiance_across.w;
@@ -327,6 +334,10 @@ fn loose_varyings(
     out.contrast_seen_cosines = vec4(1.0, 1.0, 0.0, 0.0);
     if lit_at_vertices {
         out.color = radiance_at_vertex(out);
+    }
+    if frame.show == SHOW_IDS {
+        // What `gather` has put there.
+        out.color = vec3(f32(pack4x8unorm(color)), f32(look >> 8u), 0.0);
     }
     out.world = world;
     return out;
@@ -464,12 +475,21 @@ fn seen_radiance(in: Varyings, albedo: vec3<f32>) -> vec3<f32> {
     return in_the_air(leaf_radiance(in, albedo, pixel), in.world);
 }
 
+// DebugView::Ids, of a leaf and its tree.
+fn id_digits(leaf_tree: vec3<f32>) -> vec4<f32> {
+    let id = vec2<u32>(leaf_tree.xy) + vec2(1u, 0u);
+    return vec4<f32>(vec4(id.x & 2047u, id.x >> 11u, id.y & 2047u, id.y >> 11u));
+}
+
 @fragment
 fn solid(in: Varyings) -> @location(0) vec4<f32> {
     return solid_color(in);
 }
 
 fn solid_color(in: Varyings) -> vec4<f32> {
+    if frame.show == SHOW_IDS {
+        return id_digits(in.color);
+    }
     if lit_at_vertices {
         return in.bent_normal_reach;
     }
@@ -482,7 +502,7 @@ fn solid_color(in: Varyings) -> vec4<f32> {
 // Small loose leaves: all their corners have the same radiance.
 @fragment
 fn small(in: Varyings) -> @location(0) vec4<f32> {
-    return vec4(in.color, 1.0);
+    return id_or(vec4(in.color, 1.0), in);
 }
 
 fn tinted(color: vec3<f32>, surface: Surface) -> vec3<f32> {
@@ -523,7 +543,11 @@ fn masked(in: Varyings) -> Faded {
     if samples == 0u {
         discard;
     }
-    return Faded(color, samples);
+    return Faded(id_or(color, in), samples);
+}
+
+fn id_or(color: vec4<f32>, in: Varyings) -> vec4<f32> {
+    return select(color, id_digits(in.color), frame.show == SHOW_IDS);
 }
 
 // Share of a pixel that a picture with holes covers. An edge is a pixel wide, so that it has as many steps as there
@@ -585,7 +609,7 @@ fn solid_fade(in: Varyings) -> Faded {
 @fragment
 fn masked_fade(in: Varyings) -> Faded {
     let color = masked_color(in);
-    return Faded(color, covered_samples(in, color.a) & seen_samples(in));
+    return Faded(id_or(color, in), covered_samples(in, color.a) & seen_samples(in));
 }
 
 @fragment

@@ -45,7 +45,17 @@ fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     if frame.show == SHOW_RADIANCE {
         return linear * frame.exposure;
     }
+    if frame.show == SHOW_IDS {
+        return id_color(linear);
+    }
     return max(neutral(system(linear * frame.exposure)), vec3(0.0));
+}
+
+// A colour for the digits of an id; leaves are counted from 1, so that nothing is black.
+fn id_color(digits: vec3<f32>) -> vec3<f32> {
+    let key = hash(hash(u32(digits.x), u32(digits.y)), u32(digits.z));
+    let color = vec3(unit(key), unit(hash(key, 1u)), unit(hash(key, 2u)));
+    return select(vec3(0.0), 0.08 + 0.92 * color * color, digits.x + digits.y > 0.0);
 }
 
 fn sample_color(at: vec2<i32>, i: i32) -> vec3<f32> {
@@ -122,7 +132,7 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 }
 
 fn encoded(color: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
-    if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE {
+    if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE || frame.show == SHOW_IDS {
         return vec4(color, 1.0);
     }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.

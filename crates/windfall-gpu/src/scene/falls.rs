@@ -91,6 +91,10 @@ pub enum Counter {
     LandingGroups = 3,
     /// Workgroups that pose leaves that change; before it, how many leaves those are.
     ChangeGroups = 5,
+    /// Workgroups in a row that pose groups of slots, and rows; before them, how many groups those are.
+    AwakeGroups = 7,
+    /// The same of groups that come to rest.
+    CalmGroups = 10,
 }
 
 /// One draw: the loose leaves of one shape of one model.
@@ -114,7 +118,8 @@ pub struct LooseState {
     pub work: wgpu::Buffer,
     pub posed: wgpu::Buffer,
     pub counters: wgpu::Buffer,
-    /// Indirect arguments of the search for landings, and of the poses of leaves that change.
+    /// Indirect arguments of the search for landings, of the poses of leaves that change, of the poses of groups of
+    /// slots, and of those that come to rest.
     pub indirect: wgpu::Buffer,
     pub group: wgpu::BindGroup,
     /// What the counters of a view begin with.
@@ -189,7 +194,10 @@ impl LooseState {
             wgpu::BufferUsages::COPY_SRC,
         );
         let windows = u64::from(WINDOW) * streams.all.len() as u64;
-        let work = zeros(device, "work on leaves", (windows + slots.div_ceil(4)) * 16, none);
+        let groups = streams.groups.len() as u64;
+        let of_groups = 2 * groups + 2 * groups.div_ceil(4);
+        let work =
+            zeros(device, "work on leaves", (windows + slots.div_ceil(4) + of_groups) * 16, none);
         let counters =
             zeros(device, "leaf counters", u64::from(TALLIES) * 4, wgpu::BufferUsages::COPY_SRC);
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
@@ -215,16 +223,17 @@ impl LooseState {
                 counters.as_entire_binding(),
             ],
         );
-        // Groups as counted by the shader, 1, 1; twice.
+        // Groups as counted by the shader, 1, 1, twice; groups, rows, 1, twice.
         let indirect = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("leaves to see to"),
-            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1]),
+            contents: bytemuck::cast_slice(&[0u32, 1, 1, 0, 1, 1, 0, 0, 1, 0, 0, 1]),
             usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
         });
         let empty_draws = empty_draws(device, models, &streams.bins);
         let view_words = u64::from(VIEW_TALLIES)
             + 2 * u64::from(DRAW_WORDS) * streams.bins.len() as u64
-            + 2 * streams.all.len() as u64;
+            + 2 * streams.all.len() as u64
+            + groups;
         Ok(Self {
             streams,
             frame,
@@ -243,11 +252,13 @@ impl LooseState {
 
     /// Copies a number of workgroups to its indirect arguments.
     pub fn copy_count(&self, encoder: &mut wgpu::CommandEncoder, counter: Counter) {
-        let to = match counter {
-            Counter::ChangeGroups => 12,
-            _ => 0,
+        let (to, size) = match counter {
+            Counter::ChangeGroups => (12, 4),
+            Counter::AwakeGroups => (24, 8),
+            Counter::CalmGroups => (36, 8),
+            _ => (0, 4),
         };
-        encoder.copy_buffer_to_buffer(&self.counters, counter as u64 * 4, &self.indirect, to, 4);
+        encoder.copy_buffer_to_buffer(&self.counters, counter as u64 * 4, &self.indirect, to, size);
     }
 
     /// Says that the slots of a stream hold nothing of use.

@@ -5,6 +5,7 @@ pub(crate) mod falls;
 pub(crate) mod forest;
 pub(crate) mod ground;
 pub(crate) mod leaf_mesh;
+pub(crate) mod loose_shapes;
 pub(crate) mod model;
 pub(crate) mod parts;
 pub(crate) mod sky_map;

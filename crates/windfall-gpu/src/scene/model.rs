@@ -2,9 +2,10 @@
 
 use crate::base::constants::WOOD_LEVELS;
 use crate::base::layouts::{self, Layouts};
-use crate::base::packing::{octahedral, pack_halfs, pack_rotation, snorm, snorm8};
-use crate::base::shared::{Crown, LeafRecord, Model, Surface};
+use crate::base::packing::{pack_halfs, snorm};
+use crate::base::shared::{Crown, Model, Surface};
 use crate::scene::leaf_mesh::{LeafMesh, LeafQuads, LeafVertex, leaf_lengths};
+use crate::scene::loose_shapes::LooseShapes;
 use crate::scene::parts::{PartDraw, leaf_parts, wood_parts};
 use crate::scene::texture::{TextureArray, array_bytes, smallest_piece};
 use bytemuck::{Pod, Zeroable};
@@ -12,7 +13,7 @@ use glam::{Vec2, Vec3, Vec4};
 use half::f16;
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
-use windfall_core::foliage::{Foliage, LeafShape, Palette};
+use windfall_core::foliage::Palette;
 use windfall_core::light::leaf;
 use windfall_core::simplify::{Branch, WoodLevel};
 use windfall_core::tree::{self, BarkPattern, Material, Tree};
@@ -137,74 +138,6 @@ pub struct ModelData {
     pub loose: LooseShapes,
 }
 
-/// What a model's leaves need once they have left their twigs.
-pub struct LooseShapes {
-    /// A leaf each.
-    pub records: Vec<LeafRecord>,
-    /// Of each leaf the index of its shape.
-    pub shape_of: Vec<u32>,
-    pub shapes: Vec<LooseShape>,
-}
-
-/// A shape of loose leaves.
-pub struct LooseShape {
-    /// Its leaves in shed order.
-    pub shed_order: Vec<u32>,
-    /// Extent above and below its middle, metres at scale 1.
-    pub thickness: f32,
-    /// Its radius, metres at scale 1.
-    pub radius: f32,
-    pub full: ShapeBuffers,
-    /// The shape in two triangles, for leaves of a few pixels.
-    pub small: Option<ShapeBuffers>,
-    pub geometry: LeafShape,
-    pub small_geometry: Option<LeafShape>,
-}
-
-impl LooseShapes {
-    fn new(device: &wgpu::Device, foliage: &Foliage, quads: Option<&LeafQuads>) -> Self {
-        let record = |leaf: &windfall_core::foliage::Leaf| {
-            let [orientation_xy, orientation_zw] = pack_rotation(leaf.orientation);
-            let bent = octahedral(leaf.bent_normal);
-            LeafRecord {
-                center: leaf.center,
-                scale: leaf.scale,
-                orientation_xy,
-                orientation_zw,
-                rank: leaf.shed_rank,
-                look: u32::from_le_bytes([
-                    leaf.material as u8,
-                    (leaf.ambient.clamp(0.0, 1.0) * 255.0).round() as u8,
-                    snorm8(bent.x),
-                    snorm8(bent.y),
-                ]),
-            }
-        };
-        let shape = |(index, shape): (u32, &LeafShape)| {
-            let small = quads.map(|quads| quads.shapes[index as usize].clone());
-            LooseShape {
-                shed_order: foliage
-                    .shed_order
-                    .iter()
-                    .copied()
-                    .filter(|&leaf| foliage.leaves[leaf as usize].shape == index)
-                    .collect(),
-                thickness: shape.thickness(),
-                radius: shape.radius(),
-                full: ShapeBuffers::new(device, shape),
-                small: small.as_ref().map(|small| ShapeBuffers::new(device, small)),
-                geometry: shape.clone(),
-                small_geometry: small,
-            }
-        };
-        Self {
-            records: foliage.leaves.iter().map(record).collect(),
-            shape_of: foliage.leaves.iter().map(|leaf| leaf.shape).collect(),
-            shapes: (0..).zip(&foliage.shapes).map(shape).collect(),
-        }
-    }
-}
-
 impl TreeModel {
     /// Uploads a tree.
     ///
@@ -324,82 +257,6 @@ pub fn model_bytes(tree: &Tree) -> u64 {
         + (leaves.indices.len() + tree.wood.indices.len()) * size_of::<u32>()
         + size_of::<Model>();
     buffers as u64 + array_bytes(&foliage.materials) + array_bytes(&tree.wood.materials)
-}
-
-/// A vertex of a leaf shape: 16 bytes.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub struct ShapeVertex {
-    position: [f16; 4],
-    normal: [i8; 4],
-    uv: [f16; 2],
-}
-
-impl ShapeVertex {
-    /// As a vertex buffer.
-    pub const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-        array_stride: size_of::<Self>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &Self::ATTRIBUTES,
-    };
-
-    /// Position, normal, texture coordinates.
-    pub const ATTRIBUTES: [wgpu::VertexAttribute; 3] =
-        wgpu::vertex_attr_array![0 => Float16x4, 1 => Snorm8x4, 2 => Float16x2];
-
-    /// Vertex `i` of a shape.
-    pub fn new(shape: &LeafShape, i: usize) -> Self {
-        Self {
-            position: shape.positions[i].extend(0.0).to_array().map(f16::from_f32),
-            normal: snorm(shape.normals[i]),
-            uv: shape.uvs[i].to_array().map(f16::from_f32),
-        }
-    }
-
-    /// As two vectors of a table: place and `u`, normal and `v`, as precise as the vertex itself.
-    pub fn texels(&self) -> [glam::UVec4; 2] {
-        let [x, y, z, _] = self.position.map(f16::to_f32);
-        let [u, v] = self.uv.map(f16::to_f32);
-        let [nx, ny, nz, _] = self.normal.map(|n| f32::from(n) / 127.0);
-        [
-            crate::base::packing::words(Vec4::new(x, y, z, u)),
-            crate::base::packing::words(Vec4::new(nx, ny, nz, v)),
-        ]
-    }
-}
-
-/// The vertices and indices of a leaf shape.
-pub struct ShapeBuffers {
-    vertices: wgpu::Buffer,
-    indices: wgpu::Buffer,
-    /// Indices, three a triangle.
-    pub index_count: u32,
-}
-
-impl ShapeBuffers {
-    /// Uploads a shape.
-    pub fn new(device: &wgpu::Device, shape: &LeafShape) -> Self {
-        let init = |contents: &[u8], usage| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("leaf shape"),
-                contents,
-                usage,
-            })
-        };
-        let vertices: Vec<ShapeVertex> =
-            (0..shape.positions.len()).map(|i| ShapeVertex::new(shape, i)).collect();
-        Self {
-            vertices: init(bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
-            indices: init(bytemuck::cast_slice(&shape.indices), wgpu::BufferUsages::INDEX),
-            index_count: shape.indices.len() as u32,
-        }
-    }
-
-    /// Sets vertex buffer 0 and the index buffer.
-    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
-        pass.set_vertex_buffer(0, self.vertices.slice(..));
-        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-    }
 }
 
 /// Draws of wood: the level, its first index and their number.

@@ -241,7 +241,8 @@ fn of_tree(stream: Stream, tree: &TreeRecord) -> Stream {
         seed: tree.seed,
         delay: tree.delay,
         gust_phase: tree.gust_phase,
-        events: tree.events,
+        events: tree.index_events & 1,
+        tree: tree.index_events >> 1,
         ..stream
     }
 }

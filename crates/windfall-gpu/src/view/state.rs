@@ -66,6 +66,8 @@ pub(crate) struct LooseView {
     /// Tallies, indirect arguments, levels of streams.
     pub counters: wgpu::Buffer,
     pub group: wgpu::BindGroup,
+    /// Indirect arguments of the pass that gathers.
+    pub indirect: wgpu::Buffer,
     bins: u64,
 }
 
@@ -106,7 +108,18 @@ impl LooseView {
                 counters.as_entire_binding(),
             ],
         );
-        Self { drawn, counters, group, bins: loose.streams.bins.len() as u64 }
+        // Groups and rows as counted by the shader, 1.
+        let indirect = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("groups of leaves to gather"),
+            contents: bytemuck::cast_slice(&[0u32, 0, 1]),
+            usage: wgpu::BufferUsages::INDIRECT | wgpu::BufferUsages::COPY_DST,
+        });
+        Self { drawn, counters, group, indirect, bins: loose.streams.bins.len() as u64 }
+    }
+
+    /// Copies how many groups there are to gather from to the indirect arguments.
+    pub fn copy_count(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.copy_buffer_to_buffer(&self.counters, 12, &self.indirect, 0, 8);
     }
 
     /// Where the draw of a bin has its indirect arguments, bytes; `small` for its leaves of a few pixels.

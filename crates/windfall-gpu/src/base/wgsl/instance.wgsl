@@ -4,7 +4,7 @@ struct Tree {
     // Cosine and sine of the yaw, season offset, share of leaves drawn.
     @location(9) turn_season: vec4<f32>,
     // Rank at which leaves are gone, one over the range over which they fade, factor on their length,
-    // what is left of contrasts.
+    // what is left of contrasts; where leaves are told apart, the tree's index in its place.
     @location(10) fade_growth: vec4<f32>,
     // Key of the tree; leaves of shed rank below the lower 24 bits have left; above them the root of the
     // tree's events. Wind at its foot, and mean cosines of the sun on its leaves, two halfs

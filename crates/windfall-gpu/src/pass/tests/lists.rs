@@ -101,7 +101,7 @@ fn list_on_cpu(
                 growth: level.growth,
                 contrast: level.contrast,
                 seed: tree.seed,
-                detached: detached | tree.events << 24,
+                detached: detached | (tree.index_events & 1) << 24,
                 wind: pack_halfs(wind_at(tree.position)),
                 mean_cosines: pack_halfs(match detail.mean_cosine {
                     Some(mean) => Vec2::splat(0.5 * mean),

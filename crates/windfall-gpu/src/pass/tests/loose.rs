@@ -620,3 +620,76 @@ fn no_leaf_is_twice_or_lost_in_a_simplified_tree() {
         corners.chunks(16).take(count as usize).filter(|quad| quad[..4] != [0; 4]).count();
     assert!(hanging.abs_diff(on.len()) <= 1, "{hanging} leaves hang, {} should", on.len());
 }
+
+/// Groups of slots that were posed in the last frame.
+fn awake(watched: &Watched) -> u32 {
+    Gpu::get().words(&watched.forest.buffers().unwrap().loose.counters)[6]
+}
+
+fn sorted((mut leaves, tallies): (Vec<LooseLeaf>, [u32; 2])) -> (Vec<LooseLeaf>, [u32; 2]) {
+    leaves.sort_by_key(|l| (l.position.to_array().map(f32::to_bits), l.look));
+    (leaves, tallies)
+}
+
+#[test]
+fn leaves_at_rest_cost_nothing_and_stay_where_they_lie() {
+    let gpu = Gpu::get();
+    let mut scene = scene(1_000_000);
+    scene.placed.instances.truncate(2);
+    scene.falls.shedding = Shedding { duration: 60.0, ..scene.falls.shedding };
+    let mut watched = scene.watched();
+    let at_first = watched.sorted(500.0);
+    assert!(awake(&watched) > 20, "{}", awake(&watched));
+    for frame in 1..5 {
+        assert_eq!(watched.sorted(500.0 + 0.1 * f64::from(frame)), at_first, "frame {frame}");
+    }
+    assert_eq!(awake(&watched), 0);
+    // Some of them from close by, and none from where they are behind.
+    let place = scene.placed.instances[0].position.as_dvec3();
+    for (target, most) in [(place, at_first.0.len() * 9 / 10), (place + DVec3::Y * 1e4, 0)] {
+        let eye = place + DVec3::new(3.0, 8.0, 0.0);
+        let near = View { camera: Camera::look_at(eye, target, 1.2, 0.1), ..from_far(DVec3::ZERO) };
+        watched.draw(gpu, 501.0, &near, (8, 8));
+        let (rest, tallies) = sorted(watched.drawn());
+        let mut fresh = scene.watched();
+        fresh.draw(gpu, 501.0, &near, (8, 8));
+        assert_eq!((&rest, tallies), (&sorted(fresh.drawn()).0, at_first.1));
+        assert!(rest.len() <= most && (rest.len() > 100 || most == 0), "{}", rest.len());
+    }
+    // Time runs backwards; a leaf is thrown that lies at rest later; the season is another one.
+    assert_eq!(watched.sorted(75.0), scene.watched().sorted(75.0));
+    watched.leaves(500.0);
+    watched.leaves(500.1);
+    watched.forest.throw(watched.ids[0], 7, 20.0).unwrap();
+    scene.thrown = vec![(0, 7, 20.0)];
+    for time in [500.2, 500.3, 500.4] {
+        assert_eq!(watched.sorted(time), scene.watched().sorted(time), "{time}");
+    }
+    scene.falls.wind = Wind::new(3.0, 0.2, 0.8, 7);
+    watched.forest.set_wind(scene.falls.wind);
+    for time in [500.42, 500.44, 500.46] {
+        assert_eq!(watched.sorted(time), scene.watched().sorted(time), "{time}");
+    }
+    watched.forest.remove(watched.ids[1]).unwrap();
+    scene.placed.instances.truncate(1);
+    for time in [500.5, 500.6] {
+        assert_eq!(watched.sorted(time), scene.watched().sorted(time), "{time}");
+    }
+}
+
+#[test]
+fn leaves_at_rest_make_room_for_others() {
+    let mut scene = scene(16_000);
+    scene.falls.shedding = Shedding { duration: 200_000.0, ..scene.falls.shedding };
+    let mut watched = scene.watched();
+    let (mut fewest, mut most) = (u32::MAX, 0);
+    for i in 0..30 {
+        let time = 60_000.0 + 1500.0 * f64::from(i);
+        let leaves = watched.sorted(time);
+        (fewest, most) = (fewest.min(awake(&watched)), most.max(awake(&watched)));
+        if i % 3 == 2 {
+            assert_eq!(leaves, scene.watched().sorted(time), "{time}");
+        }
+    }
+    assert!(0 < fewest && 2 * fewest < most, "{fewest} {most}");
+}

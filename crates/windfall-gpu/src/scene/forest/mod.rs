@@ -633,7 +633,7 @@ impl Forest {
             gust_phase: shed.gust_phase,
             seed: instance.seed,
             model: *model as u32,
-            events: u32::from(!thrown.is_empty()),
+            index_events: 2 * index as u32 + u32::from(!thrown.is_empty()),
         }
     }
 
