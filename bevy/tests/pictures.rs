@@ -352,3 +352,23 @@ fn a_thrown_leaf_is_seen_where_the_query_has_it() {
     }
     assert!(hits >= 9, "{hits} of 12 leaves are seen where they should be");
 }
+
+#[test]
+fn an_orthographic_camera_sees_the_tree_before_and_behind_boxes() {
+    let mut wall = Entity::PLACEHOLDER;
+    let mut headless = app(|world| {
+        let eye = camera(world);
+        let scaling_mode = bevy::camera::ScalingMode::FixedVertical { viewport_height: 15.0 };
+        let lens = OrthographicProjection { scaling_mode, ..OrthographicProjection::default_3d() };
+        world.entity_mut(eye).insert(Projection::Orthographic(lens));
+        sun(world);
+        still_tree(world);
+        let size = Vec3::new(60.0, 60.0, 0.1);
+        wall = flat_box(world, size, Vec3::new(0.0, 5.0, -12.0), MAGENTA);
+    });
+    let behind = pixels(&mut headless, 1.0);
+    let covered = behind.iter().filter(|p| !is_magenta(p)).count();
+    assert!(covered > 1500, "the tree covers {covered} pixels");
+    headless.app.world_mut().get_mut::<Transform>(wall).unwrap().translation.z = 12.0;
+    assert!(pixels(&mut headless, 1.0).iter().all(is_magenta), "the wall before the tree");
+}
