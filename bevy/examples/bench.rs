@@ -112,10 +112,12 @@ fn alone(model: &TreeModel) -> f64 {
         });
         texture.create_view(&default())
     };
-    let (color, resolved, depth) = (texture(format, 4), texture(format, 1), texture(depth_format, 4));
+    let (color, resolved, depth) =
+        (texture(format, 4), texture(format, 1), texture(depth_format, 4));
     let aspect = SIZE.x as f32 / SIZE.y as f32;
     // Bevy's default camera.
-    let projection = Mat4::perspective_infinite_reverse_rh(std::f32::consts::FRAC_PI_4, aspect, 0.1);
+    let projection =
+        Mat4::perspective_infinite_reverse_rh(std::f32::consts::FRAC_PI_4, aspect, 0.1);
     let camera = Eye {
         eye: eye().translation.as_dvec3(),
         rotation: eye().rotation,
@@ -172,16 +174,20 @@ fn particles(app: &mut App, count: u32) {
         radius: writer.lit(24.0).expr(),
         dimension: ShapeDimension::Volume,
     };
-    let sink = SetAttributeModifier::new(Attribute::VELOCITY, writer.lit(Vec3::new(0.3, -0.8, 0.1)).expr());
+    let sink = SetAttributeModifier::new(
+        Attribute::VELOCITY,
+        writer.lit(Vec3::new(0.3, -0.8, 0.1)).expr(),
+    );
     let lifetime = SetAttributeModifier::new(Attribute::LIFETIME, writer.lit(1e6).expr());
-    let effect = EffectAsset::new(count, SpawnerSettings::once((count as f32).into()), writer.finish())
-        .with_alpha_mode(bevy_hanabi::AlphaMode::Opaque)
-        .init(place)
-        .init(sink)
-        .init(lifetime)
-        .render(OrientModifier::new(OrientMode::AlongVelocity))
-        .render(SetSizeModifier { size: Vec3::splat(0.1).into() })
-        .render(SetColorModifier::new(Vec4::new(0.8, 0.4, 0.1, 1.0)));
+    let effect =
+        EffectAsset::new(count, SpawnerSettings::once((count as f32).into()), writer.finish())
+            .with_alpha_mode(bevy_hanabi::AlphaMode::Opaque)
+            .init(place)
+            .init(sink)
+            .init(lifetime)
+            .render(OrientModifier::new(OrientMode::AlongVelocity))
+            .render(SetSizeModifier { size: Vec3::splat(0.1).into() })
+            .render(SetColorModifier::new(Vec4::new(0.8, 0.4, 0.1, 1.0)));
     let world = app.world_mut();
     let effect = world.resource_mut::<Assets<EffectAsset>>().add(effect);
     world.spawn(ParticleEffect::new(effect));
@@ -212,7 +218,10 @@ fn main() {
         plant(app, &model, false);
         particles(app, loose);
     });
-    println!("{} x {} pixels, 4 samples, 60 trees of 3000 leaves, {loose} off their twigs", SIZE.x, SIZE.y);
+    println!(
+        "{} x {} pixels, 4 samples, 60 trees of 3000 leaves, {loose} off their twigs",
+        SIZE.x, SIZE.y
+    );
     println!("Windfall alone                        {alone:7.1} ms");
     println!("Bevy without a forest                 {empty:7.1} ms");
     println!("Bevy with the forest                  {moving:7.1} ms");

@@ -73,10 +73,13 @@ fn walk(
     ground: Res<Ground>,
     mut walkers: Query<&mut Transform, With<Walker>>,
 ) {
-    let axis = |more, less| f32::from(u8::from(keys.pressed(more))) - f32::from(u8::from(keys.pressed(less)));
+    let axis = |more, less| {
+        f32::from(u8::from(keys.pressed(more))) - f32::from(u8::from(keys.pressed(less)))
+    };
     for mut walker in &mut walkers {
         walker.rotate_y(1.5 * axis(KeyCode::KeyA, KeyCode::KeyD) * time.delta_secs());
-        let step = walker.forward() * (3.0 * axis(KeyCode::KeyW, KeyCode::KeyS) * time.delta_secs());
+        let step =
+            walker.forward() * (3.0 * axis(KeyCode::KeyW, KeyCode::KeyS) * time.delta_secs());
         walker.translation += step;
         let Vec3 { x, z, .. } = walker.translation;
         walker.translation.y = ground.0.height(x, z) + 0.9;

@@ -44,7 +44,12 @@ fn setup(
 }
 
 /// Says once what was read, or what is wrong with the file.
-fn tell(own: Res<Own>, assets: Res<AssetServer>, models: Res<Assets<TreeModel>>, mut told: Local<bool>) {
+fn tell(
+    own: Res<Own>,
+    assets: Res<AssetServer>,
+    models: Res<Assets<TreeModel>>,
+    mut told: Local<bool>,
+) {
     if *told {
         return;
     }

@@ -18,7 +18,9 @@ use common::{dull, eyes, grow, light};
 struct Half(u32);
 
 pub(crate) fn build(app: &mut App) {
-    app.add_systems(Startup, setup).add_systems(PostStartup, light_both).add_systems(PreUpdate, halve);
+    app.add_systems(Startup, setup)
+        .add_systems(PostStartup, light_both)
+        .add_systems(PreUpdate, halve);
 }
 
 fn setup(
@@ -35,9 +37,16 @@ fn setup(
         let eye = Transform::from_xyz(half as f32 * 8.0, 2.2, 30.0);
         let camera = eye.looking_at(Vec3::new(0.0, 6.0, 0.0), Vec3::Y);
         // The second keeps what the first has drawn.
-        let clear_color = if half == 0 { ClearColorConfig::Default } else { ClearColorConfig::None };
+        let clear_color =
+            if half == 0 { ClearColorConfig::Default } else { ClearColorConfig::None };
         let order = half as isize;
-        commands.spawn((eyes(), camera, layer, Half(half), Camera { order, clear_color, ..default() }));
+        commands.spawn((
+            eyes(),
+            camera,
+            layer,
+            Half(half),
+            Camera { order, clear_color, ..default() },
+        ));
     }
     let floor = Plane3d::default().mesh().size(300.0, 300.0).build();
     let floor = dull((&mut meshes, &mut materials), floor, Color::srgb(0.4, 0.31, 0.2));

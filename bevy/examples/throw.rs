@@ -9,7 +9,10 @@ use bevy::prelude::*;
 use bevy_windfall::windfall::shed::Shedding;
 use bevy_windfall::windfall::tree::Species;
 use bevy_windfall::windfall::wind::Wind;
-use bevy_windfall::{LeavesNear, Season, ShakeTree, TreeModel, WindfallForest, WindfallTime, WindfallTree, WindfallWind};
+use bevy_windfall::{
+    LeavesNear, Season, ShakeTree, TreeModel, WindfallForest, WindfallTime, WindfallTree,
+    WindfallWind,
+};
 use common::{dull, eyes, grow, light};
 
 #[derive(Component)]
