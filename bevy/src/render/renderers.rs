@@ -13,7 +13,7 @@ pub(crate) type Kind = (TextureFormat, u32);
 
 enum Slot {
     Building(Task<Result<Renderer, RendererError>>),
-    Ready(Renderer),
+    Ready(Box<Renderer>),
     Failed,
 }
 
@@ -61,7 +61,7 @@ impl Renderers {
                 continue;
             }
             *slot = match block_on(task) {
-                Ok(renderer) => Slot::Ready(renderer),
+                Ok(renderer) => Slot::Ready(Box::new(renderer)),
                 Err(cause) => {
                     let (format, samples) = kind;
                     error!("cameras with {samples} samples of {format:?} show no foliage: {cause}");
@@ -74,7 +74,7 @@ impl Renderers {
     /// The renderer for a kind of target, once it is there.
     pub fn get(&self, kind: Kind) -> Option<&Renderer> {
         match self.of.get(&kind) {
-            Some(Slot::Ready(renderer)) => Some(renderer),
+            Some(Slot::Ready(renderer)) => Some(renderer.as_ref()),
             _ => None,
         }
     }
@@ -82,7 +82,7 @@ impl Renderers {
     /// Any: what is computed of a forest's moment does not depend on targets.
     pub fn any(&self) -> Option<&Renderer> {
         self.of.values().find_map(|slot| match slot {
-            Slot::Ready(renderer) => Some(renderer),
+            Slot::Ready(renderer) => Some(renderer.as_ref()),
             _ => None,
         })
     }
