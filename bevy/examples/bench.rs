@@ -126,7 +126,7 @@ fn alone(model: &TreeModel) -> f64 {
         projection: Projection::Matrix(projection),
     };
     let detail = LeafDetail::default();
-    let sun = Vec3::new(5.0, 6.0, 4.0).normalize();
+    let sun = Vec3::new(5.0, 6.0, 4.0).normalize_or(Vec3::Y);
     let view = View {
         light: Light::Host(HostLight::new(sun, Vec3::splat(9.0), Vec3::splat(0.5))),
         detail: detail.detail,
