@@ -75,6 +75,9 @@ pub struct DepthOnly {
     pub reversed: bool,
     /// Samples of a pixel, 1 or 4.
     pub samples: u32,
+    /// Whether leaves before the near plane are drawn on it: for shadow maps that end there, while trees farther towards
+    /// the sun cast shadows too. Needs [`wgpu::Features::DEPTH_CLIP_CONTROL`].
+    pub unclipped: bool,
 }
 
 impl Options {
@@ -150,6 +153,9 @@ pub enum RendererError {
         /// Colours, those of a sky, which blend, or depth.
         what: &'static str,
     },
+    /// [`DepthOnly::unclipped`] on a device without the feature that it needs.
+    #[error("depth beyond the near plane is kept by devices with DEPTH_CLIP_CONTROL alone")]
+    Unclipped,
     /// The device cannot do what every forest needs.
     #[error(transparent)]
     Device(#[from] crate::base::requirements::Unsupported),
@@ -266,6 +272,9 @@ impl Renderer {
         if let Some(only) = options.depth_only {
             samples(only.samples)?;
             depth(only.format)?;
+            if only.unclipped && !device.features().contains(wgpu::Features::DEPTH_CLIP_CONTROL) {
+                return Err(RendererError::Unclipped);
+            }
         }
         let layers = options.layers;
         // A whole picture is drawn as radiance first.
@@ -300,7 +309,8 @@ impl Renderer {
                 .job(|| layers.shadows.then(|| DepthPasses::new(shaders, made, cascades::TARGET))),
             depth_only.job(|| {
                 options.depth_only.map(|only| {
-                    let depth = Some(Depth::nearest(only.format, only.reversed));
+                    let depth = Depth::nearest(only.format, only.reversed);
+                    let depth = Some(Depth { unclipped: only.unclipped, ..depth });
                     let samples = only.samples;
                     DepthPasses::new(
                         shaders,

@@ -38,7 +38,12 @@ pub(crate) fn render(size: (u32, u32)) -> anyhow::Result<Vec<u8>> {
             depth_format: DEPTH,
             reversed_depth: true,
             samples: 1,
-            depth_only: Some(DepthOnly { format: DEPTH, reversed: false, samples: 1 }),
+            depth_only: Some(DepthOnly {
+                format: DEPTH,
+                reversed: false,
+                samples: 1,
+                unclipped: false,
+            }),
             layers: Layers::FOLIAGE,
         },
     )?;

@@ -221,7 +221,12 @@ fn a_host_of_every_kind_has_a_renderer() {
     forest.insert(&model, TreePlace::at(DVec3::ZERO, 1)).unwrap();
     for (i, color_format) in formats.into_iter().enumerate() {
         let (samples, reversed_depth) = ([1, 4, 1][i], i != 1);
-        let depth_only = Some(DepthOnly { format: depth, reversed: !reversed_depth, samples: 1 });
+        let depth_only = Some(DepthOnly {
+            format: depth,
+            reversed: !reversed_depth,
+            samples: 1,
+            unclipped: false,
+        });
         let layers = Layers { shadows: i == 2, ground: i > 0, sky: i == 2, ..Layers::FOLIAGE };
         let options = Options {
             samples,

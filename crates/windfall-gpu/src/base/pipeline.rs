@@ -46,6 +46,8 @@ pub struct Depth {
     pub compare: wgpu::CompareFunction,
     /// Whether what passes is written.
     pub write: bool,
+    /// Whether what lies before the near plane or behind the far one is drawn there.
+    pub unclipped: bool,
 }
 
 impl Depth {
@@ -56,7 +58,7 @@ impl Depth {
         } else {
             wgpu::CompareFunction::LessEqual
         };
-        Self { format, compare, write: true }
+        Self { format, compare, write: true, unclipped: false }
     }
 
     /// The same texture, drawn over and left as it is.
@@ -124,7 +126,11 @@ impl Shaders<'_> {
                 compilation_options: compilation_options.clone(),
                 buffers: draw.buffers,
             },
-            primitive: wgpu::PrimitiveState { cull_mode: draw.cull, ..Default::default() },
+            primitive: wgpu::PrimitiveState {
+                cull_mode: draw.cull,
+                unclipped_depth: draw.target.depth.is_some_and(|depth| depth.unclipped),
+                ..Default::default()
+            },
             depth_stencil: draw.target.depth.map(|depth| wgpu::DepthStencilState {
                 format: depth.format,
                 depth_write_enabled: Some(depth.write),

@@ -16,7 +16,12 @@ pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub const TARGET: Target = Target {
     color: None,
     blend: false,
-    depth: Some(Depth { format: FORMAT, compare: wgpu::CompareFunction::LessEqual, write: true }),
+    depth: Some(Depth {
+        format: FORMAT,
+        compare: wgpu::CompareFunction::LessEqual,
+        write: true,
+        unclipped: false,
+    }),
     samples: 1,
 };
 

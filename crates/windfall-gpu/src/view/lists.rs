@@ -10,7 +10,7 @@ use crate::view::cascades::{Cascade, detail_of};
 use crate::view::culling::Culling;
 use crate::view::description::View;
 use bytemuck::Zeroable;
-use glam::Mat4;
+use glam::{Mat4, Vec4};
 use std::f32::consts::PI;
 use windfall_core::forest::Frustum;
 use windfall_core::simplify::{FadeRange, Reduction, Simplification};
@@ -74,7 +74,10 @@ pub fn cull_frame(
         culling => culling,
     };
     let lit_in_pixels = view.quality.pixel_lighting;
-    lists[0] = TreeList::new(eye.clip_from_world, eye, &view.detail, culling, lit_in_pixels);
+    // What stands before the near plane of a map of the sun casts shadows too.
+    let sides =
+        if eye.orthographic { without_depth(eye.clip_from_world) } else { eye.clip_from_world };
+    lists[0] = TreeList::new(sides, eye, &view.detail, culling, lit_in_pixels);
     for (i, (list, cascade)) in lists[1..].iter_mut().zip(cascades).enumerate() {
         let detail = detail_of(i, &view.shadow_detail);
         *list = TreeList::new(cascade.clip_from_world, eye, &detail, Culling::Sphere, false);
@@ -101,6 +104,11 @@ fn centred(clip_from_world: Mat4) -> bool {
     let forward = clip_from_world.row(3).truncate();
     let across = [0, 1, 2].map(|row| clip_from_world.row(row).truncate().dot(forward).abs());
     forward.length_squared() > 0.5 && across.iter().all(|share| *share < 1e-4)
+}
+
+/// A clip space in which nothing is too near.
+fn without_depth(clip_from_world: Mat4) -> Mat4 {
+    Mat4::from_diagonal(Vec4::new(1.0, 1.0, 0.0, 1.0)) * clip_from_world
 }
 
 /// The lists of one view of a forest on the GPU.

@@ -306,7 +306,7 @@ fn every_kind_of_target_shows_the_same_foliage() {
     let gpu = least();
     let (device, size) = (&gpu.device, (128, 72));
     let mut watched = watched(gpu);
-    let only = |reversed| Some(DepthOnly { format: DEPTH, reversed, samples: 1 });
+    let only = |reversed| Some(DepthOnly { format: DEPTH, reversed, samples: 1, unclipped: false });
     let foliage = |format, reversed_depth, samples| Options {
         reversed_depth,
         samples,
@@ -376,18 +376,44 @@ fn mistakes_never_reach_the_device() {
         Options { color_format: DEPTH, ..options },
         Options { depth_format: HDR, ..options },
         Options {
-            depth_only: Some(DepthOnly { format: HDR, reversed: true, samples: 1 }),
+            depth_only: Some(DepthOnly {
+                format: HDR,
+                reversed: true,
+                samples: 1,
+                unclipped: false,
+            }),
             ..options
         },
         Options {
-            depth_only: Some(DepthOnly { format: DEPTH, reversed: true, samples: 3 }),
+            depth_only: Some(DepthOnly {
+                format: DEPTH,
+                reversed: true,
+                samples: 3,
+                unclipped: false,
+            }),
+            ..options
+        },
+        // The device was made without features.
+        Options {
+            depth_only: Some(DepthOnly {
+                format: DEPTH,
+                reversed: true,
+                samples: 1,
+                unclipped: true,
+            }),
             ..options
         },
     ];
     for options in kinds {
         let refused = Renderer::new(device, &options).err();
-        let typed =
-            matches!(refused, Some(RendererError::Samples { .. } | RendererError::Format { .. }));
+        let typed = matches!(
+            refused,
+            Some(
+                RendererError::Samples { .. }
+                    | RendererError::Format { .. }
+                    | RendererError::Unclipped
+            )
+        );
         assert!(typed, "{options:?}: {refused:?}");
     }
     for (size, error) in [

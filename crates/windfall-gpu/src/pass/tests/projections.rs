@@ -77,6 +77,7 @@ fn an_orthographic_view_is_that_of_a_very_long_lens() {
                 format: wgpu::TextureFormat::Depth32Float,
                 reversed: reversed_depth,
                 samples: 1,
+                unclipped: false,
             }),
             ..Options::foliage(wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Depth32Float)
         };
