@@ -31,7 +31,12 @@ fn load<A: Asset + Clone>(app: &mut App, handle: &Handle<A>) -> Result<A, String
         let assets = app.world().resource::<AssetServer>();
         match assets.load_state(handle) {
             LoadState::Loaded => {
-                return Ok(app.world().resource::<Assets<A>>().get(handle).expect("it is loaded").clone());
+                return Ok(app
+                    .world()
+                    .resource::<Assets<A>>()
+                    .get(handle)
+                    .expect("it is loaded")
+                    .clone());
             }
             LoadState::Failed(cause) => return Err(cause.to_string()),
             _ => std::thread::sleep(std::time::Duration::from_millis(1)),
