@@ -236,8 +236,6 @@ fn out(person: &mut Person) {
 }
 
 fn files(person: &mut Person) {
-    // Whatever the camera did before: how far it flew depends on the machine.
-    again(person);
     for (name, says) in [
         ("bad.glb", "bad.glb"),
         ("bad.csv", "bad.csv"),
@@ -266,7 +264,7 @@ fn files(person: &mut Person) {
     person.open("sky.hdr");
     assert_ne!(person.picture(), before);
     assert!(person.scene().sky.picture.unwrap().ends_with("sky.hdr"));
-    window(person, "own-files");
+    person.show("own-files");
     // A file that changes on disk is read again.
     let notes = person.status(|s| s.notes.len());
     let bytes = std::fs::read("birch.glb").unwrap();
