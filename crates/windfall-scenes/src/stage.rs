@@ -281,7 +281,8 @@ impl Scene {
         }
     }
 
-    fn quality_of_view(&self) -> windfall_gpu::Quality {
+    /// What its pictures may cost: its preset, but for what it says by itself.
+    pub fn quality_of_view(&self) -> windfall_gpu::Quality {
         let preset = windfall_gpu::Quality::from(self.quality);
         let ambient_occlusion = self.ambient_occlusion.unwrap_or(preset.ambient_occlusion);
         windfall_gpu::Quality { ambient_occlusion, ..preset }

@@ -16,7 +16,7 @@
 // A leaf a slot, as it is drawn: what views gather from. Of leaves that have withered it stays as it is.
 @group(1) @binding(6) var<storage, read_write> posed: array<LooseLeaf>;
 // WINDOW vectors a stream: see Window. Then a word a slot: leaves that `solve_landings` or `transition` has to see to.
-// Then REST vectors a group of slots: see rest.wgsl. Then a word a group: those that come to rest.
+// Then two vectors a group of slots: see rest.wgsl. Then a word a group: those that come to rest.
 @group(1) @binding(7) var<storage, read_write> work: array<vec4<u32>>;
 // See windfall_gpu::scene::falls::Counter.
 @group(1) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;

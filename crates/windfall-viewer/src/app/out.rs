@@ -3,7 +3,6 @@
 use super::{Framing, Viewer};
 use crate::picture::Pixels;
 use crate::state::camera::Mode;
-use crate::state::settings::quality_of;
 use crate::state::{command, link};
 use windfall_scenes::{CameraKey, Scene, SheddingEntry};
 
@@ -27,7 +26,7 @@ impl Viewer {
     pub(crate) fn scene(&self) -> Scene {
         let mut scene = self.settings.scene.clone();
         scene.time = self.clock.time;
-        if self.settings.quality.ambient_occlusion != quality_of(&scene).ambient_occlusion {
+        if self.settings.quality.ambient_occlusion != scene.quality_of_view().ambient_occlusion {
             scene.ambient_occlusion = Some(self.settings.quality.ambient_occlusion);
         }
         if !self.recording && self.rig.mode != Mode::Path {

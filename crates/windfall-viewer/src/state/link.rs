@@ -3,7 +3,7 @@
 //! `#scene=autumn&time=12.5&season=0.8&wind.speed=3` - the keys are those of scene files, and so are the
 //! values, as JSON. Beside them there are `scene`, `throw`, `view`, `effects` and `camera`.
 
-use crate::state::settings::{Settings, effects, numbers, quality_of};
+use crate::state::settings::{Settings, effects, numbers};
 use serde_json::{Map, Value};
 use std::fmt::Write;
 use windfall_gpu::DebugView;
@@ -47,7 +47,7 @@ pub fn write(settings: &Settings, camera: Shot) -> String {
         pairs.push(("view".into(), settings.show.name().into()));
     }
     let mut quality = settings.quality;
-    let mut preset = quality_of(&settings.scene);
+    let mut preset = settings.scene.quality_of_view();
     let mut changed: Vec<String> = effects(&mut quality)
         .into_iter()
         .zip(effects(&mut preset))
@@ -130,7 +130,7 @@ pub fn read(hash: &str) -> Result<(Settings, Shot), LinkError> {
         key.time = scene.time;
         check(&Scene { camera: vec![*key], ..scene.clone() })?;
     }
-    (settings.quality, settings.scene) = (quality_of(&scene), scene);
+    (settings.quality, settings.scene) = (scene.quality_of_view(), scene);
     if let Some(switches) = switches {
         switch(&mut settings, switches)?;
     }

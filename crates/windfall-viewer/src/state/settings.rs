@@ -36,7 +36,7 @@ impl Settings {
     pub fn of(name: &str, scene: Scene) -> Self {
         Self {
             name: name.to_owned(),
-            quality: quality_of(&scene),
+            quality: scene.quality_of_view(),
             scene,
             throw_rate: None,
             show: DebugView::default(),
@@ -80,13 +80,6 @@ impl Settings {
         let changed = |s: &Self| (s.scene.season, s.scene.wind, s.scene.shedding, s.throw_rate);
         if changed(before) == changed(self) { Work::Draw } else { Work::Change }
     }
-}
-
-/// The effects of a scene: those of its preset, but for what it says by itself.
-pub fn quality_of(scene: &Scene) -> Quality {
-    let preset = Quality::from(scene.quality);
-    let ambient_occlusion = scene.ambient_occlusion.unwrap_or(preset.ambient_occlusion);
-    Quality { ambient_occlusion, ..preset }
 }
 
 fn same_models(a: &Scene, b: &Scene) -> bool {
