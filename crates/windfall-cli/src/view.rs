@@ -39,5 +39,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     start.panel = !args.no_panel;
     start.playing &= !args.paused;
     start.budget = args.budget;
+    start.program = std::env::current_exe().ok();
     native::run(start, (args.size.0 as f32, args.size.1 as f32))
 }

@@ -470,6 +470,17 @@ impl TreeEntry {
 }
 
 impl Scene {
+    /// Calls `with` with the name of each file that the scene needs: trees, fall paths, the picture of the sky.
+    pub fn each_file(&mut self, mut with: impl FnMut(&mut String)) {
+        for tree in &mut self.trees {
+            if let Source::File(name) = &mut tree.source {
+                with(name);
+            }
+        }
+        self.paths.iter_mut().for_each(|path| with(&mut path.file));
+        self.sky.picture.iter_mut().for_each(with);
+    }
+
     /// Reads a scene. `file` is its name in errors.
     ///
     /// # Errors

@@ -79,6 +79,11 @@ pub struct Viewer {
     asked: Asked,
     status: Arc<Mutex<Status>>,
     screenshot: Vec<WithPixels>,
+    /// The program that renders films, and a film that is being made.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) program: Option<std::path::PathBuf>,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) film: Option<crate::film::Film>,
     drawn: Option<Drawn>,
     watched: Vec<(String, Option<std::time::SystemTime>)>,
     watch_due: f64,
@@ -187,6 +192,10 @@ impl Viewer {
             asked,
             status,
             screenshot: Vec::new(),
+            #[cfg(not(target_arch = "wasm32"))]
+            program: start.program,
+            #[cfg(not(target_arch = "wasm32"))]
+            film: None,
             drawn: None,
             watched: Vec::new(),
             watch_due: 0.0,

@@ -9,11 +9,14 @@
 //! | [`load`] | from settings to a forest on the GPU, beside the frames |
 //! | [`picture`] | the forest's picture, a frame at a time |
 //! | [`app`] | the application |
+//! | `film` | a film, which the program renders beside the window |
 //! | `native` | the window, its device, and files named on the command line |
 //! | `web` | the page and its JavaScript interface |
 
 pub mod app;
 pub mod files;
+#[cfg(not(target_arch = "wasm32"))]
+mod film;
 pub mod input;
 pub mod load;
 #[cfg(not(target_arch = "wasm32"))]

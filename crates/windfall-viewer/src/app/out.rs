@@ -82,14 +82,50 @@ impl Viewer {
         }));
     }
 
-    /// Saves the scene.
+    /// Saves the scene: where its files are named relative to another folder, with their whole paths.
     pub(crate) fn save_scene(&mut self) {
-        let saved = give("scene", "ron", "text/plain", self.scene().to_ron().as_bytes());
+        #[cfg(not(target_arch = "wasm32"))]
+        let scene = if self.files.folder == std::path::Path::new("") {
+            self.scene()
+        } else {
+            self.scene_for_all()
+        };
+        #[cfg(target_arch = "wasm32")]
+        let scene = self.scene();
+        let saved = give("scene", "ron", "text/plain", scene.to_ron().as_bytes());
         self.said.borrow_mut().push(saved);
+    }
+
+    /// The scene with whole paths of its files, for programs that run in another folder.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn scene_for_all(&self) -> Scene {
+        let mut scene = self.scene();
+        let folder = std::env::current_dir().unwrap_or_default().join(&self.files.folder);
+        scene.each_file(|name| *name = folder.join(&*name).to_string_lossy().into_owned());
+        scene
+    }
+
+    /// Begins a film of the scene beside the window.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn make_film(&mut self) {
+        let Some(program) = &self.program else { return };
+        let scene = self.scene_for_all();
+        // The window's pixels, not the fewer of a picture that moves. Encoders want even sides.
+        let size = self.drawn.as_ref().map_or(scene.size, |drawn| drawn.wanted.2);
+        let size = (size.0.max(2) & !1, size.1.max(2) & !1);
+        match crate::film::Film::begin(program, &scene, size) {
+            Ok(film) => self.film = Some(film),
+            Err(error) => self.say(true, error),
+        }
     }
 
     /// What was saved since the last frame.
     pub(super) fn heed(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(result) = self.film.as_mut().and_then(crate::film::Film::poll) {
+            self.film = None;
+            self.said.borrow_mut().push(result);
+        }
         let said = self.said.take();
         for result in said {
             match result {

@@ -32,6 +32,8 @@ pub struct Start {
     pub playing: bool,
     /// Time that a picture is to take at most, milliseconds; 0 gives up nothing for it. `None`: the scene's, or 40.
     pub budget: Option<f32>,
+    /// The program `windfall`, which renders films; without it only their command line is given.
+    pub program: Option<std::path::PathBuf>,
 }
 
 impl Start {
@@ -48,6 +50,7 @@ impl Start {
             panel: true,
             playing: true,
             budget: None,
+            program: None,
         }
     }
 }

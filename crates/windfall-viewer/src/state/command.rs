@@ -39,16 +39,20 @@ pub fn line(settings: &Settings, camera: &CameraKey, file: &str) -> (String, Opt
 
 /// The `windfall render` of a film of a scene that is saved as `file`: along its path, or as long as its own film.
 pub fn film(scene: &Scene, file: &str) -> String {
+    let words: Vec<String> =
+        film_words(scene, file, "film.mp4").iter().map(|word| quoted(word)).collect();
+    format!("windfall {}", words.join(" "))
+}
+
+/// The same in words, without the program, into `out`.
+pub fn film_words(scene: &Scene, file: &str, out: &str) -> Vec<String> {
     let end = scene.camera.last().map_or(0.0, |key| key.time);
     let (first, last) = match (end * f64::from(scene.fps)).round() as u32 {
         0 => scene.frames,
         last => (0, last),
     };
-    format!(
-        "windfall render {} --frames {first}-{last} --fps {} --out film.mp4",
-        quoted(file),
-        scene.fps
-    )
+    let (frames, fps) = (format!("{first}-{last}"), scene.fps.to_string());
+    ["render", file, "--frames", &frames, "--fps", &fps, "--out", out].map(str::to_owned).into()
 }
 
 /// Options that make `scene` of `base`, and whether they say all of it.

@@ -15,7 +15,7 @@ pub fn trees(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     let several = scene.trees.len() > 1;
     for (i, tree) in scene.trees.iter_mut().enumerate() {
         ui.push_id(i, |ui| {
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 match &mut tree.source {
                     Source::Species(name) => {
                         egui::ComboBox::from_id_salt("species")
@@ -52,7 +52,7 @@ pub fn trees(ui: &mut Ui, settings: &mut Settings, base: &Settings) {
     if let Some(i) = remove {
         scene.trees.remove(i);
     }
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         if ui.button("Add a species").clicked() {
             let entry = TreeEntry::new(Source::Species("oak".to_owned()));
             scene.trees.push(TreeEntry { variants: 1, ..entry });

@@ -173,6 +173,8 @@ pub fn view(ui: &mut Ui, settings: &mut Settings) {
             DebugView::Occlusion => "visibility states (leaf occlusion)",
             DebugView::Radiance => "radiance of leaves",
             DebugView::Ids => "each leaf in a colour of its own",
+            DebugView::Parts => "leaves and wood as read",
+            DebugView::Normals => "normals",
         }
         .to_owned()
     };

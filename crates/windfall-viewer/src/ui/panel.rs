@@ -2,8 +2,9 @@
 
 use super::plots::plots;
 use super::report::report;
+use super::values::slider;
 use super::{controls, drawing};
-use crate::app::Viewer;
+use crate::app::{USUAL_BUDGET, Viewer};
 use crate::state::settings::Settings;
 use egui::{CollapsingHeader, Ui};
 
@@ -56,26 +57,30 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
     }
     CollapsingHeader::new("View").show(ui, |ui| {
         drawing::view(ui, settings);
-        ui.horizontal(|ui| {
-            let mut budget = viewer.pace.milliseconds();
-            let slider = egui::Slider::new(&mut budget, 0.0..=200.0).suffix(" ms");
-            let slider = ui.add(slider.max_decimals(0).text("frame budget"));
-            if slider
-                .on_hover_text("longest time of a picture while things move; 0: none")
-                .changed()
-            {
-                viewer.pace.set_milliseconds(budget);
+        let mut budget = viewer.pace.milliseconds();
+        let of_scene = viewer.base.scene.budget.unwrap_or(USUAL_BUDGET);
+        let about = ("frame budget, ms", "longest time of a picture while things move; 0: none");
+        if slider(ui, about, &mut budget, of_scene, 0.0..=200.0, |s| s.max_decimals(0)) {
+            viewer.pace.set_milliseconds(budget);
+        }
+        ui.weak(format!("given up for it: {:.0} %", viewer.pace.saving() * 100.0));
+        let of_camera = viewer.base.scene.camera.first().map_or(50.0, |key| key.fov);
+        let about = ("field of view, °", "from the lower to the upper edge");
+        slider(ui, about, &mut viewer.rig.fov, of_camera, 10.0..=110.0, |s| s);
+        // Set once the hand is off: letters that grow under it would carry the slider away.
+        let mut zoom = ui.ctx().zoom_factor();
+        ui.horizontal_wrapped(|ui| {
+            let slider = ui.add(egui::Slider::new(&mut zoom, 0.5..=3.0));
+            slider.clone().labelled_by(ui.label("size of letters").id);
+            if slider.drag_stopped() {
+                ui.ctx().set_zoom_factor(zoom);
             }
         });
-        ui.horizontal(|ui| {
-            ui.weak(format!("given up for it: {:.0} %", viewer.pace.saving() * 100.0));
+        ui.horizontal_wrapped(|ui| {
+            let mut theme = ui.ctx().options(|options| options.theme_preference);
+            theme_buttons(ui, &mut theme);
+            ui.ctx().set_theme(theme);
         });
-        ui.add(egui::Slider::new(&mut viewer.rig.fov, 10.0..=110.0).text("field of view, °"));
-        let mut zoom = ui.ctx().zoom_factor();
-        if ui.add(egui::Slider::new(&mut zoom, 0.5..=3.0).text("size of letters")).drag_stopped() {
-            ui.ctx().set_zoom_factor(zoom);
-        }
-        egui::widgets::global_theme_preference_buttons(ui);
     });
     CollapsingHeader::new("Pictures, links, paths").show(ui, |ui| report(viewer, ui));
     CollapsingHeader::new("What goes on").show(ui, |ui| plots(viewer, ui));
@@ -87,4 +92,12 @@ pub fn panel(viewer: &mut Viewer, ui: &mut Ui) {
 /// The name of a file without its folder.
 fn short(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// egui's own are in a row that does not wrap.
+fn theme_buttons(ui: &mut Ui, theme: &mut egui::ThemePreference) {
+    use egui::ThemePreference::{Dark, Light, System};
+    for (choice, label) in [(System, "💻 System"), (Dark, "🌙 Dark"), (Light, "☀ Light")] {
+        ui.selectable_value(theme, choice, label);
+    }
 }

@@ -22,6 +22,15 @@ pub fn report(viewer: &mut Viewer, ui: &mut Ui) {
             let hint = if file { " (save the scene as scene.ron for it)" } else { "" };
             viewer.say(false, format!("copied {line}{hint}"));
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        if viewer.program.is_some() && viewer.film.is_none() {
+            let film = ui.button("Make a film");
+            let about =
+                "along the recorded path, of the window's size and in full, beside the window";
+            if film.on_hover_text(about).clicked() {
+                viewer.make_film();
+            }
+        }
         let film = ui.button("Copy the command line of a film");
         if film.on_hover_text("along the recorded path").clicked() {
             let line = crate::state::command::film(&viewer.scene(), "scene.ron");
@@ -29,6 +38,13 @@ pub fn report(viewer: &mut Viewer, ui: &mut Ui) {
             viewer.say(false, format!("copied {line} (save the scene as scene.ron for it)"));
         }
     });
+    #[cfg(not(target_arch = "wasm32"))]
+    if let Some(film) = &viewer.film {
+        ui.add(egui::ProgressBar::new(film.share).text("film").desired_width(120.0));
+        if ui.button("Give the film up").clicked() {
+            viewer.film = None;
+        }
+    }
     ui.separator();
     ui.horizontal_wrapped(|ui| {
         if ui.button("Bookmark this view").on_hover_text("B").clicked() {

@@ -120,3 +120,20 @@ fn it_holds_at_twice_the_size_and_in_both_themes() {
         assert!(harness.query_by_label("play, pause").is_some());
     }
 }
+
+/// In half of a narrow window no word of the panel is cut off.
+#[test]
+fn every_row_fits_a_narrow_panel() {
+    let width = 190.0;
+    let harness = harness(Vec2::new(width, 6000.0));
+    let mut labels = 0;
+    for role in [Role::Label, Role::CheckBox, Role::Slider, Role::SpinButton, Role::Button] {
+        for node in harness.query_all_by_role(role) {
+            let name = node.accesskit_node().label().or_else(|| node.accesskit_node().value());
+            let right = node.rect().right();
+            assert!(right <= width, "{role:?} {name:?} ends at {right}");
+            labels += 1;
+        }
+    }
+    assert!(labels > 100, "{labels}");
+}

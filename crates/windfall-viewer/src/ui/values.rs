@@ -13,7 +13,7 @@ pub fn slider<T: egui::emath::Numeric>(
     change: impl FnOnce(Slider<'_>) -> Slider<'_>,
 ) -> bool {
     let mut changed = false;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let slider = Slider::new(value, range).clamping(egui::SliderClamping::Edits);
         let slider = ui.add(change(slider.smart_aim(true)));
         let text = ui.label(label).on_hover_text(about);
@@ -29,7 +29,7 @@ pub fn slider<T: egui::emath::Numeric>(
 
 /// A row with a switch.
 pub fn switch(ui: &mut Ui, label: &str, value: &mut bool, default: bool) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.checkbox(value, label);
         if *value != default && back(ui, label).clicked() {
             *value = default;
@@ -46,12 +46,15 @@ pub fn choice<T: PartialEq + Copy>(
     all: &[T],
     name: impl Fn(T) -> String,
 ) {
-    ui.horizontal(|ui| {
-        egui::ComboBox::from_label(label).selected_text(name(*value)).show_ui(ui, |ui| {
+    ui.horizontal_wrapped(|ui| {
+        let box_of = egui::ComboBox::from_id_salt(label).selected_text(name(*value));
+        let chosen = box_of.show_ui(ui, |ui| {
             for &one in all {
                 ui.selectable_value(value, one, name(one));
             }
         });
+        let text = ui.label(label);
+        chosen.response.labelled_by(text.id);
         if *value != default && back(ui, label).clicked() {
             *value = default;
         }
