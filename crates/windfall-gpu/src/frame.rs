@@ -502,7 +502,7 @@ impl Renderer {
         view: &View,
         ground: bool,
     ) {
-        if view.show.leaves_alone() {
+        if view.show.trees_alone() {
             return;
         }
         if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass) {
@@ -517,7 +517,7 @@ impl Renderer {
     }
 
     fn ground_of(&self, pass: &mut TimedPass<'_, '_>, forest: &Forest, view: &View) {
-        if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.leaves_alone()) {
+        if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.trees_alone()) {
             pass.part("ground", |pass| {
                 ground.draw(pass, &forest.ground, view.quality.ground_detail);
             });

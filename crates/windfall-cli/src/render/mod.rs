@@ -109,7 +109,7 @@ pub struct Args {
     culling: Option<Culling>,
     /// What colours mean: picture, or laps (of the leaves' paths; landed ones are pink),
     /// or detail (of the trees, red to blue), or occlusion (of leaves in the air: drawn green, tested
-    /// blue, skipped red)
+    /// blue, skipped red), or parts (leaves green, wood brown), normals, leaves, coverage, radiance, ids
     #[arg(long, value_name = "NAME", default_value_t)]
     view: DebugView,
     /// Print one JSON object of what was drawn and how long it took

@@ -181,12 +181,23 @@ debug_views! {
     /// digits of base 2,048, lowest first: the leaf in the model's order, counted from 1 (red, green), and the
     /// tree's index in the forest (blue, alpha); halves hold them exactly. Layers draw what they draw.
     Ids = "ids", SHOW_IDS;
+    /// Leaves and wood as they were read: leaves green, wood brown, darker where they are seen at a slant; on black,
+    /// neither lit nor tone mapped.
+    Parts = "parts", SHOW_PARTS;
+    /// Normals of leaves and wood on the side that is seen, in the forest's frame: `0.5 + 0.5 n` in the picture's
+    /// encoded values; on black, neither lit nor tone mapped.
+    Normals = "normals", SHOW_NORMALS;
 }
 
 impl DebugView {
     /// Whether nothing but leaves is drawn.
     pub fn leaves_alone(self) -> bool {
         matches!(self, Self::Leaves | Self::Coverage | Self::Radiance | Self::Ids)
+    }
+
+    /// Whether nothing but leaves and wood is drawn.
+    pub fn trees_alone(self) -> bool {
+        self.leaves_alone() || matches!(self, Self::Parts | Self::Normals)
     }
 }
 

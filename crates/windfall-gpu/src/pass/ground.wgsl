@@ -18,8 +18,8 @@ fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> V
 // Whether single dead leaves show. Settled when the pipeline is made, since software drivers run both sides of every
 // branch.
 override detail: bool = true;
-// Most places along a pixel at which single leaves are looked up.
-const LITTER_STEPS: u32 = 3u;
+// Cells of the litter in a metre.
+const LITTER_CELLS: f32 = 8.3;
 
 // How trodden the ground is at a place, 0 to 1.
 fn trodden(at: vec2<f32>, wobble: f32) -> f32 {
@@ -60,16 +60,36 @@ fn dead_leaves_mean() -> vec3<f32> {
     return mix(vec3(0.165, 0.095, 0.040), frame.litter, 0.2) * 0.84;
 }
 
-// Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones.
-fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) -> Floor {
+// Share of a pixel of width `wide` about `x` within `reach` of 0.
+fn box_share(x: f32, reach: f32, wide: f32) -> f32 {
+    return max(min(x + 0.5 * wide, reach) - max(x - 0.5 * wide, -reach), 0.0) / wide;
+}
+
+// A pixel on the floor, in cells of the litter: the way to its right and to its lower neighbour, and the width up to
+// which single leaves show.
+struct Footprint {
+    right: vec2<f32>,
+    down: vec2<f32>,
+    width: f32,
+}
+
+// How wide a pixel is along an axis.
+fn wide_along(pixel: Footprint, axis: vec2<f32>) -> f32 {
+    return max(abs(dot(axis, pixel.right)) + abs(dot(axis, pixel.down)), 0.03);
+}
+
+// Old leaves on the floor, one in a cell of a jittered grid; later layers lie over earlier ones. Seen at a grazing
+// angle a pixel is long and thin: it has of each leaf as much as it covers along and across the leaf.
+fn litter(at: vec2<f32>, pixel: Footprint, under: Floor, covered: f32, clumps: f32) -> Floor {
     var top = under;
     let share = 1.0 - pow(1.0 - 0.5 * covered, 3.0);
     let far = Floor(mix(under.color, dead_leaves_mean() * clumps, share), mix(under.height, 0.55, share), under.lean);
     // Smaller than a pixel, leaves are their mean.
-    let blur = smoothstep(0.3, 1.0, width);
+    let blur = smoothstep(0.3, 1.0, pixel.width);
     if !detail || blur >= 1.0 {
         return far;
     }
+    let around = 0.5 * max(length(pixel.right), length(pixel.down));
     for (var layer = 0u; layer < 3u; layer++) {
         let p = at * (1.0 - 0.16 * f32(layer)) + vec2(7.3, 3.1) * f32(layer);
         let cell = floor(p);
@@ -82,32 +102,34 @@ fn litter(at: vec2<f32>, width: f32, under: Floor, covered: f32, clumps: f32) ->
                 }
                 let d = (p - cell) - vec2(f32(i), f32(j)) - vec2(unit(key), unit(hash(key, 1u)));
                 let half_length = 0.42 + 0.26 * unit(hash(key, 6u));
-                if dot(d, d) > half_length * half_length {
+                let reach = half_length + around;
+                if dot(d, d) > reach * reach {
                     continue;
                 }
                 let angle = unit(hash(key, 2u)) * 2.0 * PI;
-                let along = cos(angle) * d.x + sin(angle) * d.y;
-                let across = cos(angle) * d.y - sin(angle) * d.x;
+                let axis = vec2(cos(angle), sin(angle));
+                let along = dot(axis, d);
+                let across = axis.x * d.y - axis.y * d.x;
+                let wide = vec2(wide_along(pixel, axis), wide_along(pixel, vec2(-axis.y, axis.x)));
+                // The middle of what the pixel covers along the leaf.
+                let middle = 0.5 * (min(along + 0.5 * wide.x, half_length) + max(along - 0.5 * wide.x, -half_length));
                 // A leaf: pointed at both ends, its rim a little torn.
-                let s = along / half_length;
+                let s = middle / half_length;
                 let torn = 1.0 + 0.14 * sin(along * 23.0 + unit(key) * 9.0) + 0.08 * sin(along * 51.0);
-                let breadth = half_length * (0.42 + 0.3 * unit(hash(key, 7u))) * (1.0 - s * s) * torn;
-                let inside = (breadth - abs(across)) / max(width, 0.03);
-                if inside > -1.5 {
-                    // Its shadow on those below.
-                    top.color *= mix(0.55, 1.0, clamp(abs(inside + 0.25), 0.0, 1.0));
-                }
-                if inside > 0.0 {
-                    let edge = min(inside, 1.0);
-                    let rib = 1.0 - smoothstep(0.0, 0.035 + width, abs(across));
-                    let curl = across / half_length;
-                    let color = dead_leaf(key) * (0.9 + 0.3 * rib);
-                    top.color = mix(top.color, color, edge);
-                    top.height = mix(top.height, 0.5 + 0.25 * f32(layer), edge);
-                    let own = vec2(unit(hash(key, 12u)), unit(hash(key, 13u))) - 0.5;
-                    let side = vec2(-sin(angle), cos(angle)) * curl * 1.4;
-                    top.lean = mix(top.lean, own * 0.9 + side, edge);
-                }
+                let breadth = half_length * (0.42 + 0.3 * unit(hash(key, 7u))) * max(1.0 - s * s, 0.0) * torn;
+                let length_share = box_share(along, half_length, wide.x);
+                let edge = length_share * box_share(across, breadth, wide.y);
+                // Its shadow on those below.
+                let outside = abs((breadth - abs(across)) / wide.y + 0.25);
+                top.color *= mix(1.0, mix(0.55, 1.0, min(outside, 1.0)), length_share);
+                let rib = 1.0 - smoothstep(0.0, 0.035 + wide.y, abs(across));
+                let curl = across / half_length;
+                let color = dead_leaf(key) * (0.9 + 0.3 * rib);
+                top.color = mix(top.color, color, edge);
+                top.height = mix(top.height, 0.5 + 0.25 * f32(layer), edge);
+                let own = vec2(unit(hash(key, 12u)), unit(hash(key, 13u))) - 0.5;
+                let side = vec2(-axis.y, axis.x) * curl * 1.4;
+                top.lean = mix(top.lean, own * 0.9 + side, edge);
             }
         }
     }
@@ -152,19 +174,9 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let drifts = fractal_noise2(at * 0.27 + 40.0, width * 0.27, 24u) + 0.5 * fine + 0.35 * broad;
     let covered = mix(0.3, 0.98, smoothstep(-0.28, 0.14, drifts)) * mix(1.0, 0.42, grassy) * (1.0 - 0.82 * worn);
     let clumps = clamp(0.55 + 0.75 * heap + 1.0 * fine + 0.8 * grains, 0.25, 1.9);
-    // Leaves are seen far along a grazing pixel: several places along it.
-    let long_axis = select(dy, dx, length(dx) > length(dy));
     let short = min(length(dx), length(dy));
-    let steps = clamp(u32(ceil(long / max(short, 1e-4))), 1u, select(1u, LITTER_STEPS, detail));
-    let step_width = max(short, long / f32(steps)) * 1.2;
-    var cover = Floor(vec3(0.0), 0.0, vec2(0.0));
-    for (var i = 0u; i < steps; i++) {
-        let along = long_axis * ((f32(i) + 0.5) / f32(steps) - 0.5);
-        let part = litter((at + along) * 8.3, step_width * 8.3, under, covered, clumps);
-        cover.color += part.color / f32(steps);
-        cover.height += part.height / f32(steps);
-        cover.lean += part.lean / f32(steps);
-    }
+    let pixel = Footprint(dx * LITTER_CELLS, dy * LITTER_CELLS, max(short, long / 3.0) * 1.2 * LITTER_CELLS);
+    let cover = litter(at * LITTER_CELLS, pixel, under, covered, clumps);
     let normal = normalize(in.normal);
     let relief = 1.0 - smoothstep(0.02, 0.12, width);
     let leaning = normalize(normal + vec3(cover.lean.x, 0.0, cover.lean.y) * (0.25 + 0.75 * relief));

@@ -287,7 +287,7 @@ fn lit_outline(in: Outline) -> @location(0) vec4<f32> {
         return id_digits(in.most_radiance);
     }
     var radiance = clamp(in.radiance_across.rgb, vec3(0.0), in.most_radiance);
-    if frame.show != SHOW_COVERAGE {
+    if !explains() {
         let across = in.radiance_across.w;
         radiance *= midrib(abs(across), fwidth(across));
     }
@@ -388,6 +388,9 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     let view = normalize(frame.eye - in.world);
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, view) >= 0.0);
+    if explains() {
+        return explained(normal, view, vec3(0.10, 0.42, 0.06));
+    }
     // Opposite normals may cancel: a nudge keeps the sum from being nothing.
     let bent = normalize(in.bent_normal_reach.xyz + vec3(0.0, 1e-3, 0.0));
     let sun = frame.sun_direction;
@@ -414,7 +417,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     var scattered = leaf_body(leaf, front, back, volume, 0.3, n_v);
     if has(GLOSS) {
         // Glints smaller than a pixel would sparkle: leaves of a few pixels have mostly what many have in the mean.
-        let own = contrast * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
+        let own = contrast * mix(1.0, 0.3, smoothstep(0.1, 0.3, pixel));
         scattered += mix(mean_gloss(sun, view), leaf_gloss(normal, facing, sun, view), own);
     }
     let direct = frame.sun_color * reach * scattered;
@@ -446,7 +449,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     let across = abs(uv.x - 0.5);
     var shade = midrib(across, pixel);
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
-    let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
+    let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.3, pixel));
     if pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(leaf, 4u);
@@ -455,17 +458,17 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
         let strength = 0.4 + 0.6 * unit(hash(key, u32(max(floor(turns), 0.0) + 16.0 * left)));
         let side = abs(fract(turns) - 0.5);
         let vein = strength * (1.0 - smoothstep(0.015, 0.06 + 7.0 * pixel, side)) * (1.0 - smoothstep(0.1, 0.45, across));
-        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.02, 0.08, pixel));
+        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.1, 0.3, pixel));
         // Blotches: some of the green lasts along the veins, some of the margin has died.
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
-        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
+        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.1, 0.3, pixel));
     }
     return dried(color, margin, leaf) * shade;
 }
 
 fn in_the_air(radiance: vec3<f32>, world: vec3<f32>) -> vec3<f32> {
-    if frame.show == SHOW_COVERAGE {
-        return vec3(1.0);
+    if explains() {
+        return radiance;
     }
     return through_air(radiance, world);
 }
@@ -526,7 +529,7 @@ fn shadow_hole(in: Varyings) -> bool {
     let surface = surface_of(in.material);
     let alpha = textureSample(pictures, picture_sampler, in.uv, max(surface.layer, 0)).a;
     let noise = fract(interleaved_noise(in.clip.xy) + unit(hash(in.material, 9u)));
-    return mask_share(surface, alpha, in.uv) <= noise;
+    return mask_share(surface, alpha, in.uv).x <= noise;
 }
 
 @fragment
@@ -538,12 +541,12 @@ fn masked_shadow(in: Varyings) {
 
 @fragment
 fn masked(in: Varyings) -> Faded {
-    let color = masked_color(in);
-    let samples = covered_samples(in, color.a);
+    let masked = masked_color(in);
+    let samples = covered_samples(in, masked.share);
     if samples == 0u {
         discard;
     }
-    return Faded(id_or(color, in), samples);
+    return Faded(id_or(masked.color, in), samples);
 }
 
 fn id_or(color: vec4<f32>, in: Varyings) -> vec4<f32> {
@@ -553,32 +556,62 @@ fn id_or(color: vec4<f32>, in: Varyings) -> vec4<f32> {
 // Share of a pixel that a picture with holes covers. An edge is a pixel wide, so that it has as many steps as there
 // are samples; where pieces are as small as half a pixel, all is edge. Alpha of each mip level is such that it has
 // the right share with an edge of that level: of what lies between two levels, so does the edge.
-fn mask_share(surface: Surface, alpha: f32, uv: vec2<f32>) -> f32 {
+// Then how the share grows from this pixel to the next, to the right and down.
+fn mask_share(surface: Surface, alpha: f32, uv: vec2<f32>) -> vec3<f32> {
     let along = dpdx(uv);
     let down = dpdy(uv);
     let size = vec2<f32>(textureDimensions(pictures));
-    let texels = sqrt(max(dot(along, along), dot(down, down))) * max(size.x, size.y);
+    let pixel = sqrt(max(dot(along, along), dot(down, down)));
+    let texels = pixel * max(size.x, size.y);
     let level = clamp(log2(max(texels, 1e-6)), -8.0, f32(textureNumLevels(pictures)) - 1.0);
     let least = 0.5 * exp2(floor(level)) / (max(size.x, size.y) * max(surface.piece, 1e-3));
     let edge = mix(clamp(least, 1e-3, 1.0), clamp(2.0 * least, 1e-3, 1.0), fract(level));
-    let share = clamp((alpha - 0.5) / max(fwidth(alpha), edge) + 0.5, 0.0, 1.0);
-    return select(1.0, share, surface.piece > 0.0 && surface.layer >= 0);
+    let wide = max(fwidth(alpha), edge);
+    let share = clamp((alpha - 0.5) / wide + 0.5, 0.0, 1.0);
+    // A picture of few pixels has no sides that one slope tells.
+    let slope = vec2(dpdx(alpha), dpdy(alpha)) * ((1.0 - smoothstep(0.1, 0.3, pixel)) / wide);
+    let holes = surface.piece > 0.0 && surface.layer >= 0;
+    return select(vec3(1.0, 0.0, 0.0), vec3(share, slope), holes);
 }
 
-fn masked_color(in: Varyings) -> vec4<f32> {
+struct Masked {
+    color: vec4<f32>,
+    // See mask_share.
+    share: vec3<f32>,
+}
+
+fn masked_color(in: Varyings) -> Masked {
     let surface = surface_of(in.material);
     let plain = vec4(tinted(in.color, surface), 1.0);
     let texel = select(plain, textured(in, surface), surface.layer >= 0);
-    return vec4(seen_radiance(in, texel.rgb), mask_share(surface, texel.a, in.uv));
+    let share = mask_share(surface, texel.a, in.uv);
+    return Masked(vec4(seen_radiance(in, texel.rgb), share.x), share);
 }
 
 // The samples that a share of a pixel covers: as many in the mean over leaves, and of each leaf others. What drivers
 // make of alpha is their own, some of them always more.
-fn covered_samples(in: Varyings, share: f32) -> u32 {
+fn covered_samples(in: Varyings, mask: vec3<f32>) -> u32 {
     let key = hash(in.material, 8u);
+    let share = mask.x;
+    if SAMPLES == 4u && frame.resolution < 1.0 {
+        return samples_inside(mask, key);
+    }
     // With one sample a leaf would be there or not as a whole.
     let noise = select(unit(key), fract(unit(key) + interleaved_noise(in.clip.xy)), SAMPLES == 1u);
     return some_samples(u32(f32(SAMPLES) * share + noise), key);
+}
+
+// Where samples become pixels of the picture: those that are on the leaf's side of the edge. Where the picture of the
+// leaf is finer than a pixel, so that nothing tells the side, as many as the share says.
+fn samples_inside(mask: vec3<f32>, key: u32) -> u32 {
+    let known = abs(mask.y) + abs(mask.z);
+    var samples = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let threshold = mix(fract(0.25 * f32(i) + unit(key)), 0.5, known);
+        let there = mask.x + dot(mask.yz, SAMPLE_PLACES[i] - 0.5);
+        samples |= select(0u, 1u << i, there > threshold);
+    }
+    return samples;
 }
 
 // So many of a pixel's samples, from one of them on.
@@ -608,8 +641,8 @@ fn solid_fade(in: Varyings) -> Faded {
 
 @fragment
 fn masked_fade(in: Varyings) -> Faded {
-    let color = masked_color(in);
-    return Faded(id_or(color, in), covered_samples(in, color.a) & seen_samples(in));
+    let masked = masked_color(in);
+    return Faded(id_or(masked.color, in), covered_samples(in, masked.share) & seen_samples(in));
 }
 
 @fragment

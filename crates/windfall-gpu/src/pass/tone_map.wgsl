@@ -39,7 +39,7 @@ const NEIGHBOURS = array<vec3<i32>, 4>(vec3(1, 0, 2), vec3(0, 1, 0), vec3(-1, 0,
 const NEIGHBOUR_WEIGHT: f32 = 0.6;
 
 fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
-    if frame.show == SHOW_COVERAGE {
+    if explains() {
         return linear;
     }
     if frame.show == SHOW_RADIANCE {
@@ -73,11 +73,6 @@ fn without_sky(pixel: vec2<i32>) -> vec4<f32> {
     }
     return vec4(sum.rgb / max(sum.a, 1.0), sum.a * 0.25);
 }
-
-// Where a pixel's samples are: WebGPU's pattern, one in each quarter.
-const SAMPLE_PLACES = array<vec2<f32>, 4>(
-    vec2(0.375, 0.125), vec2(0.875, 0.375), vec2(0.125, 0.625), vec2(0.625, 0.875),
-);
 
 // A picture whose scene was drawn with fewer pixels: in the square of one of those about a place lie four samples,
 // one of each kind; the nearer, the more each weighs.
@@ -132,7 +127,7 @@ fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 }
 
 fn encoded(color: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
-    if frame.show == SHOW_COVERAGE || frame.show == SHOW_RADIANCE || frame.show == SHOW_IDS {
+    if explains() || frame.show == SHOW_RADIANCE || frame.show == SHOW_IDS {
         return vec4(color, 1.0);
     }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have.

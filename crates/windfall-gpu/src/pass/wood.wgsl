@@ -189,6 +189,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
         albedo = mix(albedo, vec3(0.060, 0.043, 0.028), 0.8 * soil);
         open *= mix(1.0, 0.55, soil);
     }
+    if explains() {
+        return vec4(explained(normal, normalize(frame.eye - in.world), vec3(0.30, 0.13, 0.05)), 1.0);
+    }
     let sun_way = frame.sun_direction;
     let sun = max(dot(normal, sun_way), 0.0) * step(0.0, dot(plane, sun_way));
     let taps = min(frame.shadow_taps, select(6u, 2u, plain));

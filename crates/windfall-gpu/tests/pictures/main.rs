@@ -545,9 +545,10 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
         // Pixels of 0.7, 2 and 7 cm of leaves of about 5 cm.
         for height in [0.6f32, 1.8, 6.0] {
             // Of a picture its middle sixteenth, and that alone in as many pixels as all of it had.
-            let covered = |part: usize| {
-                let target = Vec3::new(0.0, 7.5, 0.0);
+            let covered_at = |high: f32, part: usize, resolution: f32| {
+                let target = Vec3::new(0.0, high, 0.0);
                 let mut view = plain_view(target + Vec3::Z * 150.0, target, 0.5, false);
+                view.quality.resolution = resolution;
                 view.show = DebugView::Coverage;
                 view.detail = Simplification { leaf_pixels: 0.0, ..Simplification::NONE };
                 view.set_fov(2.0 * (height * part as f32 / 8.0 / 150.0).atan());
@@ -561,12 +562,70 @@ fn cards_with_holes_cover_as_much_in_few_pixels() {
                     rows.clone().flat_map(row).step_by(4).map(|&byte| linear(byte)).sum::<f32>();
                 sum / (w * rows.len()) as f32
             };
-            let [few, many] = [4, 1].map(covered);
-            // Chance of four samples in each of 880 pixels is 2%, and more where cards are few pixels wide.
-            let off = few / many - 1.0;
-            assert!(off.abs() < 0.07, "{name}, picture of {height} m: {few} for {many}");
+            // Of near leaves there are few in a picture: those at four heights.
+            let covered = |part: usize, resolution: f32| {
+                let at = |high: f32| covered_at(high, part, resolution);
+                [6.9, 7.3, 7.7, 8.1].map(at).iter().sum::<f32>() / 4.0
+            };
+            let many = covered(1, 1.0);
+            for (resolution, most) in [(1.0, 0.07), (0.5, 0.1)] {
+                let few = covered(4, resolution);
+                // Chance of four samples in each of 880 pixels is 2%, and more where cards are few pixels wide;
+                // of a quarter of the pixels twice as much.
+                let off = few / many - 1.0;
+                assert!(
+                    off.abs() < most,
+                    "{name} at {resolution}, picture of {height} m: {few} for {many}"
+                );
+            }
         }
     }
+}
+
+/// Where samples become pixels, the edge of a picture is an edge, and little of it a halftone of covered and open pixels.
+#[test]
+fn edges_of_pictures_are_edges_in_fewer_pixels() {
+    let mut tree = cards(1);
+    // A twig of round leaves.
+    let image = with_holes(256, |x, y| {
+        let (x, y) = (x as f32 / 255.0, y as f32 / 255.0);
+        let leaf = |i: i32| (0.15 + 0.14 * i as f32, 0.5 + 0.22 * (i % 2 * 2 - 1) as f32);
+        (0..6).map(leaf).any(|(a, b)| (x - a).hypot(y - b) < 0.13) || (y - 0.5).abs() < 0.03
+    });
+    tree.foliage.materials[0] = of_cards(&tree.foliage.materials[0], image);
+    let (trees, forest) = lone(tree);
+    let gpu = upload(&trees, &forest, &Falls::none());
+    // From above; the card is a third of the picture's height.
+    let shot = |resolution: f32| {
+        let target = Vec3::new(0.0, 4.0, 0.0);
+        let mut view = plain_view(target + Vec3::new(0.0, 50.0, 0.5), target, 0.5, false);
+        view.show = DebugView::Coverage;
+        view.detail = Simplification { leaf_pixels: 0.0, ..Simplification::NONE };
+        view.set_fov(2.0 * (18.0f32 / 50.0).atan());
+        view.quality.resolution = resolution;
+        paint(&gpu, &view)
+    };
+    let (full, half) = (shot(1.0), shot(0.5));
+    let covered = |p: &[u8]| p.iter().step_by(4).map(|b| linear(*b)).sum::<f32>();
+    let (whole, coarse) = (covered(&full), covered(&half));
+    assert!(whole > 200.0 && (coarse / whole - 1.0).abs() < 0.1, "{coarse} for {whole}");
+    // Pixels that go up, down and up again, or the other way round.
+    let zigzags = |p: &[u8]| {
+        let width = SIZE.0 as usize;
+        let value = |i: usize| i32::from(p[4 * i]);
+        let along = |step: usize| {
+            let steps =
+                move |i: usize| [0, 1, 2].map(|n| value(i + (n + 1) * step) - value(i + n * step));
+            let starts = 0..width * SIZE.1 as usize - 3 * step;
+            starts.map(steps).filter(|[a, b, c]| {
+                a.abs().min(b.abs()).min(c.abs()) > 30 && a * b < 0 && b * c < 0
+            })
+        };
+        along(1).count() + along(width).count()
+    };
+    // Samples by the share alone make 119.
+    let (full, half) = (zigzags(&full), zigzags(&half));
+    assert!(full == 0 && half < 70, "{half} zigzags, {full} in full resolution");
 }
 
 /// A level card, 1 m wide.
@@ -651,6 +710,36 @@ fn large_leaves_lit_at_vertices_look_the_same() {
     assert!((light - 1.0).abs() < 0.01, "{light} of the light");
     assert!(mean(&apart) < 1.0, "apart by {}", mean(&apart));
     assert!(mean(&apart) > 0.0, "the setting changes nothing");
+}
+
+/// Views that explain a tree: what of it is leaf and what is wood, and where each pixel faces. Both show the same pixels.
+#[test]
+fn a_tree_shows_its_parts_and_its_normals() {
+    let (trees, forest) = lone(Species::Oak.grow_with(1, 3000));
+    let gpu = upload(&trees, &forest, &Falls::none());
+    let shot = |show, pixel_lighting| {
+        let mut view = plain_view(Vec3::new(0.0, 5.0, 9.0), Vec3::new(0.0, 5.0, 0.0), 0.6, false);
+        view.quality = Quality { pixel_lighting, ..Quality::PLAIN };
+        view.show = show;
+        paint(&gpu, &view)
+    };
+    for pixel_lighting in [false, true] {
+        let parts = shot(DebugView::Parts, pixel_lighting);
+        let normals = shot(DebugView::Normals, pixel_lighting);
+        let (mut leaves, mut wood, mut facing) = (0u32, 0u32, 0u32);
+        for (part, normal) in parts.chunks_exact(4).zip(normals.chunks_exact(4)) {
+            let shown = |pixel: &[u8]| pixel[..3].iter().any(|v| *v > 0);
+            assert_eq!(shown(part), shown(normal));
+            let [r, g, b] = [0, 1, 2].map(|i| f32::from(part[i]));
+            leaves += u32::from(g > 1.5 * r);
+            wood += u32::from(r > 1.3 * g && g > b);
+            // Of pixels that one surface covers, the file's values are the normal, which is of length 1 and faces the eye.
+            let [x, y, z] = [0, 1, 2].map(|i| f32::from(normal[i]) / 127.5 - 1.0);
+            facing += u32::from((x.hypot(y).hypot(z) - 1.0).abs() < 0.03 && z > -0.3);
+        }
+        assert!(leaves > 1000 && wood > 100, "{leaves} of leaves, {wood} of wood");
+        assert!(facing > (leaves + wood) / 5, "{facing} normals of {}", leaves + wood);
+    }
 }
 
 /// Two stops below the curve's bend, a stop more is 2 to the power of the system gamma of the light in

@@ -1,5 +1,10 @@
 const PI: f32 = 3.14159265;
 
+// Where a pixel's samples are: WebGPU's pattern, one in each quarter.
+const SAMPLE_PLACES = array<vec2<f32>, 4>(
+    vec2(0.375, 0.125), vec2(0.875, 0.375), vec2(0.125, 0.625), vec2(0.625, 0.875),
+);
+
 // Whether an effect, a bit of frame.effects, is on.
 fn has(effect: u32) -> bool {
     return (frame.effects & effect) != 0u;
@@ -60,6 +65,17 @@ fn through_air(radiance: vec3<f32>, position: vec3<f32>) -> vec3<f32> {
         air = min(sky_radiance(level), 2.2 * around);
     }
     return mix(air, radiance, kept);
+}
+
+// Whether the view explains what is seen: its colours are no light.
+fn explains() -> bool {
+    return frame.show == SHOW_COVERAGE || frame.show == SHOW_PARTS || frame.show == SHOW_NORMALS;
+}
+
+// A colour in place of the light of a surface that explains itself: what it is a part of, or its normal.
+fn explained(normal: vec3<f32>, view: vec3<f32>, part: vec3<f32>) -> vec3<f32> {
+    let shown = select(vec3(1.0), part * (0.3 + 0.7 * abs(dot(normal, view))), frame.show == SHOW_PARTS);
+    return select(shown, pow(0.5 + 0.5 * normal, vec3(2.2)), frame.show == SHOW_NORMALS);
 }
 
 // A pattern that looks even about every pixel (Jimenez, "Next Generation Post Processing in Call of
