@@ -5,6 +5,7 @@
 //! the difference of the frame times.
 
 mod crawl;
+mod pops;
 
 use crate::harness::{FrameMeasurement, Harness};
 use crate::output::write_json;
@@ -19,6 +20,7 @@ use windfall_gpu::{Quality, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::parse_size;
 use windfall_scenes::{NAMES, named};
+use windfall_tree::Species;
 
 /// Arguments of `windfall bench picture`.
 #[derive(clap::Args)]
@@ -31,6 +33,7 @@ pub struct Args {
     frames: u32,
     /// Size of the picture
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1280x720")]
+    #[arg(default_value_if("pops", "true", "320x180"))]
     size: (u32, u32),
     /// Measure each effect of the highest preset too, by switching it off
     #[arg(long)]
@@ -39,6 +42,10 @@ pub struct Args {
     /// supersampled frames, while the camera walks
     #[arg(long, conflicts_with_all = ["effects", "json"])]
     crawl: bool,
+    /// Measure instead whether anything pops on a walk from 60 m to 2 m past a single tree; scenes are then species, or
+    /// files of trees. 320x180 unless --size says otherwise
+    #[arg(long, conflicts_with_all = ["effects", "json", "crawl"])]
+    pops: bool,
     /// Also write the numbers to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -168,7 +175,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.frames == 0 {
         bail!("--frames is at least 1");
     }
-    let names: Vec<&str> = if args.scenes.is_empty() {
+    let names: Vec<&str> = if args.scenes.is_empty() && args.pops {
+        Species::ALL.iter().map(|species| species.name()).collect()
+    } else if args.scenes.is_empty() {
         NAMES.to_vec()
     } else {
         args.scenes.iter().map(String::as_str).collect()
@@ -179,6 +188,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut all = Vec::new();
     let mut timestamps = false;
     for name in names {
+        if args.pops {
+            println!("{name}");
+            let (scene, stage) = pops::scene(name)?;
+            let mut planted = harness.upload(&gpu, &stage)?;
+            let of = (&scene, &stage);
+            pops::measure(&mut gpu, &harness.renderer, &mut planted, of, args.size)?;
+            continue;
+        }
         let scene = named(name).with_context(|| format!("{name}: no built-in scene"))?;
         let built = scene.build(|file, _| -> Result<_, Infallible> {
             unreachable!("built-in scenes have no files: {file}")

@@ -15,12 +15,12 @@ pub const WAX: f32 = 0.034;
 /// Roughness of the wax, squared (GGX's α).
 pub const ALPHA: f32 = 0.25;
 /// Most that a leaf sends on of what enters it.
-const MOST: f32 = 0.96;
+const MOST: f32 = 0.95;
 /// Transmittance of a white leaf over its reflectance.
 const PASSED: f32 = 0.8;
 
 /// Reflectance and transmittance of a leaf of this colour, linear, each channel `0..`; together at
-/// most 0.96.
+/// most 0.95.
 pub fn diffuse(color: Vec3) -> (Vec3, Vec3) {
     let tint = color / color.max_element().max(1e-3);
     let through = color * tint * PASSED;

@@ -12,7 +12,7 @@ fn leaf_diffuse(color: vec3<f32>) -> LeafDiffuse {
     let tint = color / max(max(color.r, max(color.g, color.b)), 1e-3);
     let through = color * tint * 0.8;
     let all = color + through;
-    let keep = 0.96 / max(max(all.r, max(all.g, all.b)), 0.96);
+    let keep = 0.95 / max(max(all.r, max(all.g, all.b)), 0.95);
     return LeafDiffuse(color * keep, through * keep);
 }
 
