@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use windfall_gpu::{FrameBudget, Quality, View};
+use windfall_gpu::{FrameBudget, OcclusionSwitch, Quality, View};
 use windfall_host::device::Gpu;
 use windfall_host::image::parse_size;
 use windfall_scenes::{NAMES, Scene, Source, Stage, named};
@@ -24,6 +24,8 @@ const SPEED: f64 = 0.5;
 const SHADOW_PERIOD: u32 = 8;
 /// Frames that are drawn first and not measured: pipelines compile.
 const WARM: u32 = 3;
+/// The same where occlusion culling is tried first.
+const WARM_OCCLUSION: u32 = 10;
 /// Seconds in which a budget has to settle before frames are measured.
 const SETTLING: f64 = 2.0;
 /// The name of a meadow without trees.
@@ -153,13 +155,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let (mut frames, mut floors) = (Vec::new(), Vec::new());
             let (mut first_frame_ms, mut triangles) = (0.0, 0);
             let mut budget = args.budget.map(|ms| FrameBudget::new(ms * 1e-3));
+            let mut occlusion = OcclusionSwitch::default();
+            let tries = scene.culling == windfall_scenes::Culling::Occlusion;
+            let warm = if tries { WARM_OCCLUSION } else { WARM };
             let (mut frame, mut settling) = (0, 0.0);
             while frames.len() < args.frames as usize {
                 let (time, mut view) = step(&scene, &stage, frame, quality, !args.no_shadows);
                 if let Some(budget) = &budget {
                     budget.apply(&mut view);
                 }
+                occlusion.apply(&mut view);
                 let measured = harness.measure(&mut gpu, &mut planted, (time, &view))?;
+                occlusion.counted(&measured.counts.trees);
                 if frame > 0
                     && let Some(budget) = &mut budget
                 {
@@ -171,7 +178,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 }
                 triangles = measured.counts.trees.triangles;
                 frame += 1;
-                if frame < WARM || budget.is_some() && settling < SETTLING {
+                if frame < warm || budget.is_some() && settling < SETTLING {
                     continue;
                 }
                 let floor = if let Some(floor) = &floor {
@@ -201,6 +208,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 "{:<22} {:<7} {:>28} {:>24} {:>20} {:>12.0}",
                 row.name, row.quality, row.frame_ms, row.floor_ms, row.ratio, row.first_frame_ms
             );
+            if tries {
+                println!(
+                    "    occlusion culling is {}",
+                    if occlusion.is_on() { "kept: it pays" } else { "off: it does not pay" }
+                );
+            }
             if let Some(saving) = row.saving {
                 println!(
                     "    saves {saving:.2} of what may be given up, {SETTLING} s after it began"

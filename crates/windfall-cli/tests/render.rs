@@ -162,6 +162,7 @@ fn json_has_every_field_and_counts_add_up() {
             "time",
             "trees",
             "trees_visible",
+            "trees_hidden",
             "leaves_total",
             "leaves_hanging_drawn",
             "leaves_falling",

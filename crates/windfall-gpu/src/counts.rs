@@ -22,6 +22,10 @@ pub struct TreeCounts {
     /// Triangles of wood and leaves that were drawn, those of leaves that have left their twigs
     /// included.
     pub triangles: u64,
+    /// Trees that others or the ground hide, and that were left out for it ([`crate::Culling::Occlusion`]).
+    pub hidden: u64,
+    /// `Σ λN` over them: as many leaves as they would have drawn.
+    pub hidden_leaves_by_lambda: u64,
 }
 
 impl TreeCounts {
@@ -103,6 +107,8 @@ impl CountReadback {
                     leaves_by_lambda: tree(2),
                     leaves_hanging: tree(3),
                     triangles: tree(4),
+                    hidden: tree(5),
+                    hidden_leaves_by_lambda: tree(6),
                 },
             }
         })

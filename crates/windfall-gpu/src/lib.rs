@@ -46,6 +46,7 @@ pub use view::camera::{Camera, Projection, ViewError};
 pub use view::culling::Culling;
 pub use view::description::{Trail, View};
 pub use view::light::{HostCascade, HostLight, HostShadow, Light, Sky};
+pub use view::occlusion::OcclusionSwitch;
 pub use view::quality::Quality;
 pub use view::state::ViewState;
 pub use view::targets::PictureTargets;

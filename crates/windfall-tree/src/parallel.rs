@@ -14,6 +14,3 @@ pub(crate) fn map<T: Sync, R: Send>(things: &[T], work: impl Fn(&T) -> R + Sync 
 pub(crate) fn map<T: Sync, R: Send>(things: &[T], work: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
     things.iter().map(work).collect()
 }
-
-/// Things that are worth beginning together, where the first of them say whether the rest is needed.
-pub(crate) const AT_ONCE: usize = if cfg!(feature = "parallel") { 8 } else { 1 };

@@ -73,6 +73,8 @@ pub struct Viewer {
     /// What was saved, or why not.
     said: Rc<RefCell<Vec<Result<String, String>>>>,
     pub(crate) pace: pace::Pace,
+    /// Where occlusion culling is asked for, it is used while it pays.
+    pub(crate) occlusion: windfall_gpu::OcclusionSwitch,
     pub(crate) panel: bool,
     pub(crate) help: bool,
     pub(crate) path_box: Option<String>,
@@ -186,6 +188,7 @@ impl Viewer {
             complained: 0,
             said: Rc::default(),
             pace: pace::Pace::new(start.budget.or(scene.budget).unwrap_or(USUAL_BUDGET)),
+            occlusion: windfall_gpu::OcclusionSwitch::default(),
             panel: start.panel,
             help: false,
             path_box: None,

@@ -84,10 +84,10 @@ pub use windfall_gpu::wgpu_profiler;
 pub use windfall_gpu::{
     Camera, Capture, CountReadback, Counts, Culling, DebugView, DepthOnly, Falls, Forest,
     ForestError, ForestTotals, FrameBudget, HostCascade, HostLight, HostShadow, Job, Layer,
-    LayerFrame, Layers, Light, ModelError, Moment, Options, Picture, PictureTargets, Projection,
-    Quality, Recording, Renderer, RendererError, Requirements, Sky, SkyMap, SkyPicture,
-    SkyPictureError, TimedPass, Timing, Trail, TreeCounts, TreeId, TreeModel, TreePlace, TurnedOff,
-    UnknownName, Unsupported, View, ViewError, ViewState, model_bytes, wgpu,
+    LayerFrame, Layers, Light, ModelError, Moment, OcclusionSwitch, Options, Picture,
+    PictureTargets, Projection, Quality, Recording, Renderer, RendererError, Requirements, Sky,
+    SkyMap, SkyPicture, SkyPictureError, TimedPass, Timing, Trail, TreeCounts, TreeId, TreeModel,
+    TreePlace, TurnedOff, UnknownName, Unsupported, View, ViewError, ViewState, model_bytes, wgpu,
 };
 
 /// Trees: what one is, and everything that happens before run time.

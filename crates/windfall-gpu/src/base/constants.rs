@@ -49,8 +49,8 @@ shared_numbers! {
     /// Most levels of wood.
     WOOD_LEVELS = 16;
     /// Words that count trees, behind the arguments of a list: two each for trees in view, their leaves,
-    /// leaves by λ, leaves on twigs, triangles.
-    TREE_TALLIES = 10;
+    /// leaves by λ, leaves on twigs, triangles, trees that others hide and their leaves by λ.
+    TREE_TALLIES = 14;
     /// Slots of a workgroup that poses their leaves.
     GROUP = 4 * BLOCK;
     /// Workgroups in a row of a dispatch.

@@ -18,7 +18,8 @@
 // Behind them, for each list, model and bucket where the bucket begins.
 @group(1) @binding(6) var<storage, read_write> counts: array<u32>;
 // Five words a draw: indirect arguments. Then the tallies of the view, two words each: trees, their
-// leaves, leaves by lambda, leaves on twigs, triangles.
+// leaves, leaves by lambda, leaves on twigs, triangles, trees that others hide
+// and their leaves by lambda.
 @group(1) @binding(7) var<storage, read_write> arguments: array<atomic<u32>>;
 @group(1) @binding(8) var<storage, read_write> placed: array<TreeInstance>;
 // Farthest depth of twice two pixels, then level by level; and the clip space that it is of.
@@ -258,6 +259,10 @@ fn reclassify(
         let radius = crown.radius * tree.scale + margin_of(list, crown, tree.scale, center);
         if !hidden(list.clip_from_world, center, radius) {
             key = key_of(list_index, list, crown, tree.scale, center);
+        } else if list_index == WOOD * VIEWS {
+            tally(5u, 1u);
+            let level = tree_level(list, crown, tree.scale, center);
+            tally(6u, u32(level.lambda * f32(crown.leaf_count) + 0.5));
         }
     }
     count_block(list_index, group.x, local, key);

@@ -142,7 +142,9 @@ fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     // ground (Kaneko et al., "Detailed Shape Representation with Parallax Mapping", ICAT 2001). It
     // is what keeps the far ground from looking like a painted board.
     let eye_way = in.world - frame.eye;
-    let steep = -eye_way.y / max(length(eye_way.xz), 1e-3);
+    // How steeply the eye looks at the slope: the tangent of the angle between them.
+    let facing = dot(normalize(in.normal), -normalize(eye_way));
+    let steep = facing / sqrt(max(1.0 - facing * facing, 1e-4));
     let relief_step = min(0.11 / max(steep, 0.012), 3.0);
     let toward_eye = -eye_way.xz / max(length(eye_way.xz), 1e-3);
     let heap = clamp(0.5 + 1.4 * fractal_noise2(in.world.xz * 2.1, 0.0, 28u) + 0.8 * fractal_noise2(in.world.xz * 0.45, 0.0, 29u), 0.0, 1.0);

@@ -7,6 +7,7 @@ pub(crate) mod culling;
 pub(crate) mod description;
 pub(crate) mod light;
 pub(crate) mod lists;
+pub(crate) mod occlusion;
 pub(crate) mod pyramid;
 pub(crate) mod quads;
 pub(crate) mod quality;

@@ -78,7 +78,13 @@ fn culling_leaves_out_only_what_is_not_seen() {
             view.culling = culling;
             view.view.detail.fade.by = by;
             let picture = paint_on(&targets, &forest, &view);
-            drawn[culling as usize] = counts(&forest).visible;
+            let of_view = counts(&forest);
+            drawn[culling as usize] = of_view.visible;
+            if culling == Culling::Occlusion {
+                assert_eq!(of_view.visible + of_view.hidden, drawn[Culling::Sphere as usize]);
+            } else {
+                assert_eq!(of_view.hidden, 0);
+            }
             picture
         });
         for (picture, culling) in pictures.iter().zip(Culling::ALL) {

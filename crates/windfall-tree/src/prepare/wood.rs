@@ -106,6 +106,8 @@ mod quadrics {
     /// The smallest error that is tried, metres, and what the next one is over it.
     const FIRST: f32 = 0.002;
     const STEP: f32 = 1.2;
+    /// Errors that are tried together: the first of them say whether the rest is needed.
+    const AT_ONCE: usize = if cfg!(feature = "parallel") { 8 } else { 1 };
     /// Triangles of a level over those of the one before it, at most.
     const LEAST_STEP: f32 = 0.7;
     /// The fewest triangles that are still simplified.
@@ -124,7 +126,7 @@ mod quadrics {
             .take_while(|&error| error < 0.25 * extent)
             .collect();
         let mut count = wood.indices.len();
-        for errors in errors.chunks(parallel::AT_ONCE) {
+        for errors in errors.chunks(AT_ONCE) {
             let tried = parallel::map(errors, |&error| simplified(wood, branches, error));
             for (indices, &error) in tried.into_iter().zip(errors) {
                 let Some(indices) = indices.filter(|_| count > 3 * FEW) else { return levels };

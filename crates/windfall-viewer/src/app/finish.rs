@@ -16,6 +16,7 @@ impl Viewer {
         }
         if let Some(time) = came.counted {
             self.statistics.count(time, &picture.latest);
+            self.occlusion.counted(&picture.latest.trees);
         }
         if let Some(pixels) = came.pixels
             && !self.screenshot.is_empty()

@@ -65,6 +65,7 @@ impl Viewer {
         };
         let mut view = wanted.0.clone();
         let full = self.pace.apply(&mut view, purpose);
+        self.occlusion.apply(&mut view);
         let size = self.pace.pixels(size, purpose);
         let drawn = picture.draw(render, world, (self.clock.time, &view), size, (purpose, capture));
         self.drawn = Some(Drawn { wanted, full, purpose, at: web_time::Instant::now() });

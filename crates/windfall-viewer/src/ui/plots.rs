@@ -18,6 +18,7 @@ pub fn plots(viewer: &mut Viewer, ui: &mut Ui) {
     egui::Grid::new("counts").num_columns(2).show(ui, |ui| {
         let rows = [
             ("trees in view", counts.trees.visible),
+            ("trees hidden, left out", counts.trees.hidden),
             ("leaves on twigs, drawn", counts.trees.leaves_hanging),
             ("leaves in the air", counts.falling),
             ("of these in view", counts.falling_drawn),
