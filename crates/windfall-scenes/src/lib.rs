@@ -540,6 +540,20 @@ mod tests {
         Scene::from_ron(&SMALL.replace(from, to), "s.ron").unwrap_err().to_string()
     }
 
+    #[test]
+    fn each_file_is_named() {
+        let text = SMALL.replace(
+            r#"trees: [(source: Species("oak"))]"#,
+            r#"trees: [(source: Species("oak")), (source: File("a.glb"))], paths: [(file: "b.csv")]"#,
+        );
+        let text = text.replace("count: 3", r#"count: 3, sky: (picture: Some("c.hdr"))"#);
+        let mut scene = Scene::from_ron(&text, "s.ron").unwrap();
+        scene.each_file(|name| name.insert_str(0, "x/"));
+        let mut names = Vec::new();
+        scene.each_file(|name| names.push(name.clone()));
+        assert_eq!(names, ["x/a.glb", "x/b.csv", "x/c.hdr"]);
+    }
+
     fn with(fields: &str) -> Result<Scene, InputError> {
         Scene::from_ron(&SMALL.replace("count: 3", &format!("count: 3, {fields}")), "s.ron")
     }

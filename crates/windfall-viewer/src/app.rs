@@ -9,6 +9,8 @@ mod out;
 mod pace;
 mod shared;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use out::free_path;
 pub use out::png;
 pub use pace::{Purpose, USUAL as USUAL_BUDGET};
 pub use shared::{Ask, Asked, Line, Shared, Start, Status, WithPixels};

@@ -2,7 +2,7 @@
 
 use crate::state::command;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use windfall_scenes::Scene;
@@ -89,10 +89,7 @@ impl Film {
     /// Gives the film a name that no file has.
     fn keep(&self) -> Result<String, String> {
         let made = self.folder.path().join("film").with_extension(self.ending);
-        let free = (1..10_000)
-            .map(|n| PathBuf::from(format!("film-{n}.{}", self.ending)))
-            .find(|path| !path.exists());
-        let path = free.ok_or_else(|| format!("film-*.{}: there are too many", self.ending))?;
+        let path = crate::app::free_path("film", self.ending)?;
         std::fs::rename(made, &path).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(path.display().to_string())
     }
@@ -117,6 +114,7 @@ fn has_ffmpeg() -> bool {
 mod tests {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
+    use std::path::PathBuf;
     use std::time::{Duration, Instant};
 
     /// A program in place of `windfall`: shell, with the film's file as `$out`.

@@ -417,7 +417,7 @@ fn leaf_radiance(in: Varyings, albedo: vec3<f32>, pixel: f32) -> vec3<f32> {
     var scattered = leaf_body(leaf, front, back, volume, 0.3, n_v);
     if has(GLOSS) {
         // Glints smaller than a pixel would sparkle: leaves of a few pixels have mostly what many have in the mean.
-        let own = contrast * mix(1.0, 0.3, smoothstep(0.1, 0.3, pixel));
+        let own = contrast * mix(1.0, 0.3, smoothstep(0.1, 0.4, pixel));
         scattered += mix(mean_gloss(sun, view), leaf_gloss(normal, facing, sun, view), own);
     }
     let direct = frame.sun_color * reach * scattered;
@@ -449,7 +449,7 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
     let across = abs(uv.x - 0.5);
     var shade = midrib(across, pixel);
     // The middles of pixels that a small leaf covers in part lie beyond its margin: there, the mean.
-    let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.3, pixel));
+    let margin = mix(smoothstep(0.22, 0.5, across), MEAN_MARGIN, smoothstep(0.1, 0.4, pixel));
     if pixel < 0.12 && has(VEINS) {
         // Side veins bend to the tip, left and right of the midrib in turn, and not one as the next.
         let key = hash(leaf, 4u);
@@ -458,10 +458,10 @@ fn venation(uv: vec2<f32>, color: vec3<f32>, leaf: u32) -> vec3<f32> {
         let strength = 0.4 + 0.6 * unit(hash(key, u32(max(floor(turns), 0.0) + 16.0 * left)));
         let side = abs(fract(turns) - 0.5);
         let vein = strength * (1.0 - smoothstep(0.015, 0.06 + 7.0 * pixel, side)) * (1.0 - smoothstep(0.1, 0.45, across));
-        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.1, 0.3, pixel));
+        shade += (0.11 * vein - 0.01) * (1.0 - smoothstep(0.02, 0.08, pixel));
         // Blotches: some of the green lasts along the veins, some of the margin has died.
         let spots = fractal_noise2(uv * 5.0 + f32(key % 97u), pixel * 5.0, 51u);
-        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.1, 0.3, pixel));
+        shade *= 1.0 + 0.5 * spots * (1.0 - smoothstep(0.03, 0.12, pixel));
     }
     return dried(color, margin, leaf) * shade;
 }

@@ -4,8 +4,8 @@ use crate::counts::TreeCounts;
 use crate::view::culling::Culling;
 use crate::view::description::View;
 
-/// Share of the leaves in view, by λ, that has to be hidden: below, drawing in two passes and the pyramid between them cost more
-/// than is saved.
+/// Share of the leaves in view, by λ, that has to be hidden: below, drawing in two passes and the pyramid between them
+/// cost more than is saved.
 const PAYS: f32 = 0.15;
 /// Counted frames of a try: in the first the pyramid is of another view or of none, and counts may be some frames old.
 const TRY: u32 = 6;
@@ -36,8 +36,8 @@ const REST: u32 = 120;
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OcclusionSwitch {
-    /// Whether the last view was drawn with it.
-    used: bool,
+    /// Whether the last view asked for it.
+    wanted: bool,
     /// Whether it rests; else it is tried or pays.
     rests: bool,
     /// Counted frames since that began.
@@ -54,18 +54,18 @@ impl OcclusionSwitch {
         if wanted && self.rests {
             view.culling = Culling::Sphere;
         }
-        self.used = wanted;
+        self.wanted = wanted;
     }
 
     /// What a frame drew.
     pub fn counted(&mut self, trees: &TreeCounts) {
-        if !self.used {
+        if !self.wanted {
             return;
         }
         self.frames += 1;
         if self.rests {
             if self.frames >= REST {
-                *self = Self { used: true, ..Self::default() };
+                *self = Self { wanted: true, ..Self::default() };
             }
             return;
         }
@@ -74,7 +74,7 @@ impl OcclusionSwitch {
         self.share = self.share.max(hidden as f32 / all.max(1) as f32);
         if self.frames >= TRY {
             let rests = self.share < PAYS;
-            *self = Self { used: true, rests, ..Self::default() };
+            *self = Self { wanted: true, rests, ..Self::default() };
         }
     }
 

@@ -155,14 +155,20 @@ pub fn png(pixels: &Pixels) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
+/// A file that is not there yet, in the folder where the program runs.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn free_path(stem: &str, ending: &str) -> Result<std::path::PathBuf, String> {
+    (1..10_000)
+        .map(|n| std::path::PathBuf::from(format!("{stem}-{n}.{ending}")))
+        .find(|path| !path.exists())
+        .ok_or_else(|| format!("{stem}-*.{ending}: there are too many"))
+}
+
 /// Writes a file that is not there yet into the folder where the program runs; its name.
 #[cfg(not(target_arch = "wasm32"))]
 fn give(stem: &str, ending: &str, _: &str, bytes: &[u8]) -> Result<String, String> {
     use std::io::Write;
-    let free = (1..10_000)
-        .map(|n| std::path::PathBuf::from(format!("{stem}-{n}.{ending}")))
-        .find(|path| !path.exists());
-    let path = free.ok_or_else(|| format!("{stem}-*.{ending}: there are too many"))?;
+    let path = free_path(stem, ending)?;
     windfall_host::file::write_atomic(&path, |file| Ok(file.write_all(bytes)?))
         .map_err(|error| format!("{error:#}"))?;
     Ok(path.display().to_string())
