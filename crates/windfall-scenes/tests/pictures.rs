@@ -38,8 +38,7 @@ impl Harness {
         let capture = Capture::encode(device, &mut encoder, &texture);
         queue.submit([encoder.finish()]);
         capture.map();
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        capture.take().unwrap().unwrap()
+        windfall_testing::wait(device, || capture.take()).unwrap()
     }
 }
 

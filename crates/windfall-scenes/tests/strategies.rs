@@ -59,10 +59,10 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
         capture.map();
         counts.map();
-        self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let rgba = capture.take().unwrap().unwrap();
+        let rgba = windfall_testing::wait(&self.device, || capture.take()).unwrap();
+        let counts = windfall_testing::wait(&self.device, || counts.take()).unwrap();
         let rgb = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        Shot { rgb, counts: counts.take().unwrap().unwrap() }
+        Shot { rgb, counts }
     }
 }
 

@@ -6,7 +6,8 @@
 
 mod snapshot;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 pub use snapshot::{Mismatch, Snapshots, Tolerance};
 
@@ -101,7 +102,29 @@ pub fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
     queue.submit([encoder.finish()]);
-    copy.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("the copy is mapped"));
-    device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is there");
+    let mapped = Arc::new(OnceLock::new());
+    let told = Arc::clone(&mapped);
+    copy.slice(..).map_async(wgpu::MapMode::Read, move |result| drop(told.set(result)));
+    wait(device, || mapped.get().cloned()).expect("the copy is mapped");
     copy.slice(..).get_mapped_range().to_vec()
+}
+
+/// What a read-back gives, as soon as it is there.
+///
+/// One wait for the device is not enough where tests share it: another thread's wait may have
+/// collected this one's callback, and not called it yet.
+///
+/// # Panics
+///
+/// If the device is lost, or gives nothing for two minutes.
+pub fn wait<T>(device: &wgpu::Device, mut take: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is there");
+        if let Some(taken) = take() {
+            return taken;
+        }
+        assert!(start.elapsed() < Duration::from_mins(2), "nothing was read back");
+        std::thread::yield_now();
+    }
 }

@@ -197,9 +197,9 @@ fn every_option_is_built_through_the_facade() {
         queue.submit([encoder.finish()]);
         counts.map();
         capture.map();
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        assert!(counts.take().unwrap().unwrap().trees.visible > 0, "view {i}");
-        let rgba = capture.take().unwrap().unwrap();
+        let counts = windfall_testing::wait(&device, || counts.take()).unwrap();
+        assert!(counts.trees.visible > 0, "view {i}");
+        let rgba = windfall_testing::wait(&device, || capture.take()).unwrap();
         assert!(rgba.chunks(4).any(|p| p[..3] != rgba[..3]), "view {i} shows one colour alone");
     }
     let mut budget = FrameBudget::new(0.02);

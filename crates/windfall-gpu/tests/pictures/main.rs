@@ -126,8 +126,7 @@ fn paint_on(targets: &PictureTargets, scene: &Mutex<Scene>, shot: &Shot) -> Vec<
     let capture = Capture::encode(device, &mut encoder, texture);
     queue.submit([encoder.finish()]);
     capture.map();
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    capture.take().unwrap().unwrap()
+    windfall_testing::wait(device, || capture.take()).unwrap()
 }
 
 /// The trees of the frame that was painted last.
@@ -138,8 +137,7 @@ fn counts(scene: &Mutex<Scene>) -> TreeCounts {
     let count = CountReadback::encode(device, &mut encoder, forest, state).unwrap();
     queue.submit([encoder.finish()]);
     count.map();
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    count.take().unwrap().unwrap().trees
+    windfall_testing::wait(device, || count.take()).unwrap().trees
 }
 
 /// A forest in which no leaf falls.

@@ -126,8 +126,7 @@ impl Stage {
         let capture = Capture::encode(device, &mut encoder, texture);
         queue.submit([encoder.finish()]);
         capture.map();
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        (capture.take().unwrap().unwrap(), recorded)
+        (windfall_testing::wait(device, || capture.take()).unwrap(), recorded)
     }
 
     /// Records a picture.

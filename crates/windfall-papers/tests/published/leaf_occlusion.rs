@@ -73,13 +73,7 @@ fn paint(stage: &mut Stage, shot: &Shot) -> Frame {
         .paint_with(shot, |stage, encoder| stage.leaves.as_ref().unwrap().count_occlusion(encoder));
     let occlusion = readback.map_or_else(OcclusionCounts::default, |readback| {
         readback.map();
-        // Another test's poll may be about to hand these counts over.
-        loop {
-            HARNESS.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-            if let Some(counts) = readback.take() {
-                break counts.unwrap();
-            }
-        }
+        windfall_testing::wait(&HARNESS.device, || readback.take()).unwrap()
     });
     let in_air = stage.leaves.as_ref().unwrap().counts().falling as u32;
     Frame { rgba, occlusion, in_air }

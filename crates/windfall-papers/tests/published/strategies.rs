@@ -126,8 +126,7 @@ fn counts_are_those_of_the_compute_path() {
             CountReadback::encode(&HARNESS.device, encoder, &stage.forest, stage.state()).unwrap()
         });
         count.map();
-        HARNESS.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let reference = count.take().unwrap().unwrap();
+        let reference = windfall_testing::wait(&HARNESS.device, || count.take()).unwrap();
         vertex.paint(&shot(time));
         let counts = vertex.leaves.as_ref().unwrap().counts();
         println!("{time} s: {counts:?}, {reference:?}");

@@ -79,8 +79,9 @@ pub(super) fn picture(
         gpu.queue.submit([encoder.finish()]);
         counts.map();
         capture.map();
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        out = Some((capture.take().unwrap().unwrap(), counts.take().unwrap().unwrap().trees));
+        let rgba = windfall_testing::wait(&gpu.device, || capture.take()).unwrap();
+        let counts = windfall_testing::wait(&gpu.device, || counts.take()).unwrap();
+        out = Some((rgba, counts.trees));
     }
     out.unwrap()
 }
@@ -248,7 +249,7 @@ impl HostPass {
         let words: Vec<f32> =
             bytemuck::pod_collect_to_vec(&windfall_testing::read(device, queue, &buffer));
         let rows = words.chunks(row as usize / 4);
-        let bytes = capture.take().unwrap().unwrap();
+        let bytes = windfall_testing::wait(device, || capture.take()).unwrap();
         let colors = match color_format {
             HDR => bytes
                 .chunks(8)

@@ -50,8 +50,7 @@ fn quads_show_what_the_leaves_would() {
             let draws = words[..(DRAW_WORDS * quads.buffers.draws) as usize].chunks(5);
             draws.map(|draw| draw[0] / 6).sum::<u32>()
         });
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        shots.push((quads, capture.take().unwrap().unwrap()));
+        shots.push((quads, windfall_testing::wait(&gpu.device, || capture.take()).unwrap()));
     }
     let [(all, with), (some, partly), (none, without)] = &shots[..] else { unreachable!() };
     assert!(*all > 20_000 && (1..=40_000).contains(some) && *none == 0, "{all} {some} {none}");
