@@ -10,6 +10,7 @@ use crate::view::camera::ViewError;
 use crate::view::cascades::{self, Cascade};
 use crate::view::culling::Culling;
 use crate::view::description::View;
+use crate::view::grass::ViewGrass;
 use crate::view::light::Light;
 use crate::view::lists::cull_frame;
 use crate::view::quality::Quality;
@@ -17,6 +18,7 @@ use crate::view::shadow_turns::{ShadowTurns, Shown};
 use crate::view::state::{FrameGroup, Prepared, ViewBuffers, ViewState};
 use crate::view::targets::PictureTargets;
 use bytemuck::Zeroable;
+use windfall_core::forest::Frustum;
 use windfall_core::simplify::FadeBy;
 
 /// Where a frame is recorded: the host's queue and encoder.
@@ -127,6 +129,7 @@ impl Renderer {
             });
         }
         forest.begin(recording.queue, moment)?;
+        forest.layouts.noise.upload(recording.queue);
         let structure = forest.structure();
         if forest.moment_group.as_ref().is_none_or(|(of, _)| *of != structure) {
             let scripted = forest.buffers().map(|buffers| self.moment_group(&buffers.scripted));
@@ -206,7 +209,7 @@ impl Renderer {
         let mut pass = TimedPass::plain(pass);
         self.trees(&mut pass, buffers, lists, &prepared.view);
         pass.part("loose leaves", |pass| self.color.loose.draw(pass, buffers, &lists.loose));
-        self.surroundings(&mut pass, forest, &prepared.view, true);
+        self.surroundings(&mut pass, forest, state, &prepared.view, true);
         Ok(())
     }
 
@@ -280,7 +283,7 @@ impl Renderer {
             timing.render_pass(encoder, targets.scene("visible before", true, true), |pass| {
                 pass.pass.set_bind_group(0, group, &[]);
                 self.trees(pass, buffers, lists, view);
-                self.ground_of(pass, forest, view);
+                self.ground_of(pass, forest, state, view);
             });
             timing.compute_pass(encoder, "pyramid", |pass| {
                 passes.hiz.build(pass, &targets.pyramid);
@@ -306,7 +309,7 @@ impl Renderer {
                     layer.draw(pass, &frame);
                 }
             });
-            self.surroundings(pass, forest, view, !occlusion);
+            self.surroundings(pass, forest, state, view, !occlusion);
         });
         let scene = SceneTextures { radiance: &targets.radiance, depth: &targets.depth };
         for layer in layers.iter_mut() {
@@ -348,6 +351,20 @@ impl Renderer {
         let sway = forest.moment.sway && view.quality.sway;
         frame.sway = f32::from(u8::from(sway));
         queue.write_buffer(&state.frame.buffer, 0, bytemuck::bytes_of(&frame));
+        if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass) {
+            let found =
+                state.grass.get_or_insert_with(|| ViewGrass::new(&state.device, &forest.layouts));
+            timing.compute_pass(encoder, "find grass", |pass| {
+                pass.set_bind_group(0, &state.frame.group, &[]);
+                grass.find(queue, pass, &forest.ground, found);
+            });
+        }
+        if self.ground.is_some() {
+            let pixels = eye.pixels * view.quality.drawn_resolution();
+            let frustum = Frustum::new(eye.clip_from_world);
+            let squares = forest.ground.squares(eye.position, pixels, &frustum);
+            state.ground.write(&state.device, queue, &squares);
+        }
         if let Some((cascades, _)) = &cascades {
             for (i, (cascade, group)) in cascades.iter().zip(&state.shadow_frames).enumerate() {
                 let frame = cascade.frame(&frame, &cascades::detail_of(i, &view.shadow_detail));
@@ -499,6 +516,7 @@ impl Renderer {
         &self,
         pass: &mut TimedPass<'_, '_>,
         forest: &Forest,
+        state: &ViewState,
         view: &View,
         ground: bool,
     ) {
@@ -506,20 +524,28 @@ impl Renderer {
             return;
         }
         if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass) {
-            pass.part("grass", |pass| grass.draw(pass, &forest.ground));
+            if let Some(found) = &state.grass {
+                pass.part("grass", |pass| grass.draw(pass, &forest.ground, found));
+            }
         }
         if ground {
-            self.ground_of(pass, forest, view);
+            self.ground_of(pass, forest, state, view);
         }
         if let Some(sky) = &self.sky {
             pass.part("sky", |pass| sky.draw(pass, view.quality.backdrop));
         }
     }
 
-    fn ground_of(&self, pass: &mut TimedPass<'_, '_>, forest: &Forest, view: &View) {
+    fn ground_of(
+        &self,
+        pass: &mut TimedPass<'_, '_>,
+        forest: &Forest,
+        state: &ViewState,
+        view: &View,
+    ) {
         if let Some(ground) = self.ground.as_ref().filter(|_| !view.show.trees_alone()) {
             pass.part("ground", |pass| {
-                ground.draw(pass, &forest.ground, view.quality.ground_detail);
+                ground.draw(pass, (&forest.ground, &state.ground), view.quality.ground_detail);
             });
         }
     }

@@ -1,6 +1,7 @@
 //! Numbers that Rust and WGSL both know, each written once: the text of every module begins with them.
 
 use crate::base::names::UnknownName;
+use crate::base::noise;
 use windfall_core::light::SkyTable;
 use windfall_core::wind::Wind;
 
@@ -14,8 +15,11 @@ macro_rules! shared_numbers {
             $(text += &format!("const {}: u32 = {}u;\n", stringify!($name), $name);)*
             text + &format!(
                 "const OCTAVE: f32 = {OCTAVE:?};\nconst SKY_SIDE: f32 = {:?};\n\
+                 const NOISE_CELLS: f32 = {:?};\nconst NOISE_SIDE: f32 = {:?};\n\
                  const WIND_PERIOD: f32 = {:?};\n",
                 SkyTable::SIDE as f32,
+                noise::CELLS as f32,
+                noise::SIDE as f32,
                 Wind::PERIOD as f32,
             )
         }

@@ -1,6 +1,8 @@
 //! Layouts of the bind groups that scenes and views make: the same on every device, so that what one
 //! renderer of a device has uploaded, another can draw.
 
+use crate::base::noise::Noise;
+
 /// One binding: who sees it, and what it is.
 pub fn entry(
     binding: u32,
@@ -65,12 +67,16 @@ pub fn group(
 
 /// The layouts.
 pub struct Layouts {
-    /// Group 0 of every pass: frame, shadow maps, sky, scripted detaches of the forest.
+    /// Group 0 of every pass: frame, shadow maps, sky, scripted detaches of the forest, noise.
     pub frame: wgpu::BindGroupLayout,
     /// A part of a tree model: model, surfaces, texture array, sampler.
     pub part: wgpu::BindGroupLayout,
     /// Heights of the terrain.
     pub heights: wgpu::BindGroupLayout,
+    /// Tufts and blades of grass as they are found, and how many.
+    pub find_grass: wgpu::BindGroupLayout,
+    /// Tufts and blades as they are drawn.
+    pub grass: wgpu::BindGroupLayout,
     /// What leaves fall by, and where they are.
     pub falls: wgpu::BindGroupLayout,
     /// What a view draws of them.
@@ -91,6 +97,8 @@ pub struct Layouts {
     pub sky_light: wgpu::BindGroupLayout,
     /// Radiance, to be tone mapped.
     pub radiance: wgpu::BindGroupLayout,
+    /// What every group of [`Self::frame`] has.
+    pub noise: Noise,
 }
 
 impl Layouts {
@@ -137,10 +145,14 @@ impl Layouts {
                     entry(4, everywhere, texture(floats, flat)),
                     entry(5, everywhere, sampler(SamplerBindingType::Filtering)),
                     entry(6, ShaderStages::VERTEX | compute, buffer(READ)),
+                    entry(7, everywhere, texture(floats, flat)),
+                    entry(8, everywhere, sampler(SamplerBindingType::Filtering)),
                 ],
             ),
             part: Self::part(device),
-            heights: of("terrain heights", ShaderStages::VERTEX, &buffers(&[READ])),
+            heights: of("terrain heights", ShaderStages::VERTEX | compute, &buffers(&[READ])),
+            find_grass: of("find grass", compute, &buffers(&[WRITE, WRITE, WRITE])),
+            grass: of("grass", ShaderStages::VERTEX, &buffers(&[READ, READ])),
             falls: of(
                 "falls",
                 compute,
@@ -198,6 +210,7 @@ impl Layouts {
                 ],
             ),
             radiance: of("tone map", ShaderStages::FRAGMENT, &[multisampled(unfiltered)]),
+            noise: Noise::new(device),
         }
     }
     /// [`Layouts::part`].

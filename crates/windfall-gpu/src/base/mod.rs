@@ -5,6 +5,7 @@ pub(crate) mod capture;
 pub mod constants;
 pub mod layouts;
 pub(crate) mod names;
+pub mod noise;
 pub mod packing;
 pub mod pipeline;
 pub(crate) mod requirements;

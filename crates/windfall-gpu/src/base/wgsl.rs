@@ -27,6 +27,8 @@ pub mod text {
     pub const REST: &str = include_str!("wgsl/rest.wgsl");
     /// The instance-step vertex buffer of trees.
     pub const INSTANCE: &str = include_str!("wgsl/instance.wgsl");
+    /// Heights of the terrain.
+    pub const HEIGHTS: &str = include_str!("wgsl/heights.wgsl");
     /// Corners of quads.
     pub const QUADS: &str = include_str!("wgsl/quads.wgsl");
 }

@@ -1,11 +1,7 @@
-// Grass about the camera: tufts of blades on a grid of cells, whose places, sizes and bends are
-// hashes of the cell. No buffer but the terrain's.
+// Grass about the camera: the blades that find_grass.wgsl has found.
 
-// Side, then the heights row by row.
-@group(1) @binding(0) var<storage, read> terrain: array<f32>;
-
-// Metres; the farther of the two rings has them three times as wide.
-const CELL: f32 = 0.17;
+@group(2) @binding(0) var<storage, read> tufts: array<Tuft>;
+@group(2) @binding(1) var<storage, read> blades: array<u32>;
 
 struct Varyings {
     @builtin(position) clip: vec4<f32>,
@@ -18,68 +14,29 @@ struct Varyings {
     @location(3) along: f32,
 }
 
-fn terrain_height(at: vec2<f32>) -> f32 {
-    let side = u32(terrain[0]);
-    let last = f32(side - 1u);
-    let p = clamp(at / terrain[1] + last * 0.5, vec2(0.0), vec2(last));
-    let low = min(floor(p), vec2(last - 1.0));
-    let first = 2u + u32(low.y) * side + u32(low.x);
-    let f = p - low;
-    let a = terrain[first];
-    let b = terrain[first + 1u];
-    let c = terrain[first + side];
-    let d = terrain[first + side + 1u];
-    // The two triangles that are drawn.
-    return select(d + (c - d) * (1.0 - f.x) + (b - d) * (1.0 - f.y), a + (b - a) * f.x + (c - a) * f.y, f.x + f.y <= 1.0);
-}
-
 // Three vertices a blade: two at the root, one at the tip.
 @vertex
-fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Varyings {
+fn vertex(@builtin(vertex_index) index: u32) -> Varyings {
     var out: Varyings;
-    out.clip = vec4(0.0, 0.0, -1.0, 1.0);
-    let view = frame.world_from_clip * vec4(0.0, 0.0, 1.0, 1.0);
-    let forward = normalize(view.xz / view.w - frame.eye.xz + vec2(1e-6, 0.0));
-    let ring = instance / (SIDE * SIDE);
-    let index = instance % (SIDE * SIDE);
-    let wide = CELL * select(1.0, 3.0, ring == 1u);
-    let half_side = 0.5 * f32(SIDE) * wide;
-    let middle = frame.eye.xz + forward * (half_side * 0.86);
-    let first = floor(middle / wide) - f32(SIDE / 2u);
-    let cell = vec2<i32>(first) + vec2<i32>(i32(index % SIDE), i32(index / SIDE));
-    let key = hash(hash(77u + ring, bitcast<u32>(cell.x)), bitcast<u32>(cell.y));
-    let at = (vec2<f32>(cell) + vec2(unit(key), unit(hash(key, 1u)))) * wide;
+    let corner = index % 3u;
+    let found = blades[index / 3u];
+    let tuft = tufts[found / BLADES];
+    let wide = CELL * select(1.0, 3.0, tuft.ring == 1u);
+    let own = hash(tuft.key, 16u + found % BLADES);
+    let at = tuft.at;
     let away = distance(at, frame.eye.xz);
-    // Towards the rim blades are fewer and smaller, and the next ring, or the ground's own grass,
-    // takes over.
-    let rim = (1.0 - smoothstep(0.5, 1.0, away / (half_side * 1.7)))
-        * select(1.0, smoothstep(6.0, 14.0, away), ring == 1u);
-    let lush = ground_growth(at, 0.0);
-    if unit(hash(key, 2u)) > lush * (0.25 + 0.75 * rim) || rim <= 0.0 {
-        return out;
-    }
-    let blade = vertex / 3u;
-    let corner = vertex % 3u;
-    let own = hash(key, 16u + blade);
     let angle = unit(own) * 2.0 * PI;
     let out_way = vec2(cos(angle), sin(angle));
     let across = vec2(-out_way.y, out_way.x);
-    let tall = (0.05 + 0.15 * unit(hash(own, 1u)) * unit(hash(key, 3u)) + 0.03 * f32(ring)) * (0.6 + 0.5 * lush) * (0.35 + 0.65 * rim);
+    let tall = (0.05 + 0.15 * unit(hash(own, 1u)) * unit(hash(tuft.key, 3u)) + 0.03 * f32(tuft.ring)) * (0.6 + 0.5 * tuft.lush) * (0.35 + 0.65 * tuft.rim);
     let bend = tall * (0.25 + 0.7 * unit(hash(own, 2u)));
     let foot = at + out_way * (0.3 * wide) * unit(hash(own, 3u));
     let root = vec3(foot.x, terrain_height(foot) - 0.004, foot.y);
-    // What is thinner than a pixel sparkles: far blades are fewer and wider.
-    let thin = (0.0028 + 0.0022 * unit(hash(own, 4u))) * (1.0 + 0.10 * away);
-    let across_view = vec3(frame.clip_from_world[0].y, frame.clip_from_world[1].y, frame.clip_from_world[2].y);
-    let pixel = 2.0 * away / (frame.height * length(across_view));
-    let thick = max(thin, 0.8 * pixel);
-    if unit(hash(own, 7u)) * thick > thin {
-        return out;
-    }
+    let thin = blade_width(own, away);
+    let thick = max(thin, 0.8 * pixel_at(away));
     var p = root;
     var along = 0.0;
     if corner == 2u {
-        let blown = vec3(0.0);
         p += vec3(out_way.x * bend, tall, out_way.y * bend);
         if frame.sway > 0.0 {
             let wind = wind_at(p);
@@ -92,11 +49,10 @@ fn vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance:
         let sideways = across * select(-thick, thick, corner == 1u);
         p += vec3(sideways.x, 0.0, sideways.y);
     }
-    let dry = smoothstep(-0.2, 0.3, fractal_noise2(at * 0.045, 0.0, 20u) + 0.6 * fractal_noise2(at * 1.15, 0.0, 27u));
-    let straw = smoothstep(0.45, 1.0, unit(hash(own, 5u)) * 0.6 + 0.55 * dry);
+    let straw = smoothstep(0.45, 1.0, unit(hash(own, 5u)) * 0.6 + 0.55 * tuft.dry);
     // Few stand for many: with less contrast, as leaves (SFS, equation 4).
     let contrast = sqrt(thin / thick);
-    out.color = mix(mix(vec3(0.056, 0.078, 0.018), vec3(0.100, 0.112, 0.030), dry), vec3(0.240, 0.185, 0.085), mix(0.25 * dry, straw, contrast))
+    out.color = mix(mix(vec3(0.056, 0.078, 0.018), vec3(0.100, 0.112, 0.030), tuft.dry), vec3(0.240, 0.185, 0.085), mix(0.25 * tuft.dry, straw, contrast))
         * (1.0 + (0.6 * unit(hash(own, 6u)) - 0.3) * contrast);
     out.root = root;
     out.along = along;

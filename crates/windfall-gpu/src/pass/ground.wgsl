@@ -6,12 +6,62 @@ struct Varyings {
     @location(1) normal: vec3<f32>,
 }
 
+// A square of PATCH cells a side, each `step` cells of the terrain wide; or what continues it from the terrain's rim out
+// to the horizon, level along its axis as the terrain is there.
+struct Square {
+    // Its first corner, in cells of the terrain.
+    @location(0) first: vec2<f32>,
+    @location(1) step: f32,
+    // Where cells twice as wide take over, metres from the eye on the level.
+    @location(2) end: f32,
+    // -1, 0 or 1 along x and z: beyond which rim it lies.
+    @location(3) beyond: vec2<i32>,
+}
+
+// A vertex of the terrain whose neighbours are so many cells away.
+struct Ground {
+    position: vec3<f32>,
+    slope: vec2<f32>,
+}
+
+fn ground_at(place: vec2<i32>, step: i32) -> Ground {
+    let last = last_sample();
+    let at = clamp(place, vec2(0), vec2(last));
+    let low = max(at - step, vec2(0));
+    let high = min(at + step, vec2(last));
+    let rise = vec2(
+        height_sample(vec2(high.x, at.y)) - height_sample(vec2(low.x, at.y)),
+        height_sample(vec2(at.x, high.y)) - height_sample(vec2(at.x, low.y)),
+    );
+    let flat = (vec2<f32>(at) - 0.5 * f32(last)) * terrain[1];
+    return Ground(vec3(flat.x, height_sample(at), flat.y), rise / (vec2<f32>(high - low) * terrain[1]));
+}
+
+// Neighbouring squares have cells of one width, or of twice it: where these begin, every second vertex moves to
+// the one before, so that nothing jumps and no gap opens (Strugar, "Continuous distance-dependent level of detail for
+// rendering heightmaps", JGT 2009).
 @vertex
-fn vertex(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
+fn vertex(@builtin(vertex_index) index: u32, square: Square) -> Varyings {
+    let corner = vec2<i32>(vec2(index % (PATCH + 1u), index / (PATCH + 1u)));
+    let step = i32(square.step);
+    let beyond = square.beyond != vec2(0);
+    // Beyond the rim a square has one row of cells: its others have no width.
+    let outside = (beyond & (square.beyond == sign(corner))) | ((square.beyond < vec2(0)) & (corner < vec2(i32(PATCH))));
+    let rim = select(vec2(0), vec2(last_sample()), square.beyond > vec2(0));
+    let place = select(vec2<i32>(square.first) + corner * step, rim, beyond);
+    let fine = ground_at(place, step);
+    // The last row is one of the wider cells too.
+    let odd = (place / step) % 2;
+    let coarse = ground_at(select(place - odd * step, place, place >= vec2(last_sample())), 2 * step);
+    let away = distance(fine.position.xz, frame.eye.xz);
+    let share = smoothstep(MORPH * square.end, square.end, away);
+    let slope = select(mix(fine.slope, coarse.slope, share), vec2(0.0), beyond);
     var out: Varyings;
-    out.world = position;
-    out.clip = frame.clip_from_world * vec4(position, 1.0);
-    out.normal = normal;
+    out.world = mix(fine.position, coarse.position, share);
+    let horizon = select(vec2(0.0), vec2<f32>(square.beyond) * HORIZON, outside);
+    out.world += vec3(horizon.x, 0.0, horizon.y);
+    out.clip = frame.clip_from_world * vec4(out.world, 1.0);
+    out.normal = normalize(vec3(-slope.x, 1.0, -slope.y));
     return out;
 }
 

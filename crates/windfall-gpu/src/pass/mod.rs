@@ -29,6 +29,7 @@ pub const MODULES: &[&Module] = &[
     &cull::CULL,
     &falls::FALLS,
     &gather::GATHER,
+    &grass::FIND_GRASS,
     &grass::GRASS,
     &ground::GROUND,
     &hiz::HIZ,

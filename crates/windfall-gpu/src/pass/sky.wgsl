@@ -23,7 +23,8 @@ fn cloud(direction: vec3<f32>) -> f32 {
     if frame.clouds <= 0.0 || direction.y < 0.01 {
         return 0.0;
     }
-    let at = direction.xz / (direction.y + 0.08) * 1.1 + frame.cloud_drift;
+    // From a place of the noise where it makes a fair sky.
+    let at = direction.xz / (direction.y + 0.08) * 1.1 + frame.cloud_drift + vec2(23.0, 14.0);
     let width = 0.004 / (direction.y * direction.y + 0.01);
     let warp = vec2(fractal_noise2(at * 0.8, width, 41u), fractal_noise2(at * 0.8 + 9.0, width, 42u));
     // Streaks along the wind aloft, torn by smaller puffs.

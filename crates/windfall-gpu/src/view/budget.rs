@@ -25,6 +25,8 @@ const SHADOWS: f32 = 0.08;
 const RESOLUTION: f32 = 0.3;
 const DETAIL: f32 = 0.85;
 const COARSE: f32 = 0.95;
+/// Steps in which the trees of shadow maps are simplified.
+const SHADOW_STEPS: f32 = 4.0;
 
 /// Holds a time per frame by what a view costs, in the order in which it harms the picture least: shadow maps are drawn
 /// in turns, fewer pixels are shaded, trees are simplified (`h`, `d0`, wood), then relief and grass go.
@@ -99,7 +101,8 @@ impl FrameBudget {
         let fewer = part(RESOLUTION, DETAIL);
         if fewer > 0.0 {
             simplify(&mut view.detail, fewer);
-            simplify(&mut view.shadow_detail, fewer);
+            // In steps: maps of another detail are all drawn anew.
+            simplify(&mut view.shadow_detail, (SHADOW_STEPS * fewer).ceil() / SHADOW_STEPS);
         }
         let effects = part(COARSE, 1.0);
         view.quality.bark_relief &= effects < 0.25;
@@ -115,7 +118,10 @@ fn simplify(detail: &mut Simplification, part: f32) {
         *d0 *= 0.1f32.powf(part);
     }
     detail.wood_pixels = detail.wood_pixels.max(0.25) * 6.0f32.powf(part);
-    detail.leaf_pixels = detail.leaf_pixels.max(4.0) * 3.0f32.powf(part);
+    detail.leaf_pixels = detail.leaf_pixels.max(4.0) * 6.0f32.powf(part);
+    // Fewer leaves need larger ones.
+    detail.growth.factor *= 2.0f32.powf(part);
+    detail.growth.pixels *= 2.0f32.powf(part);
 }
 
 #[cfg(test)]
@@ -208,6 +214,7 @@ mod tests {
             assert!(b.shadow_period >= a.shadow_period && b.detail.h >= a.detail.h);
             assert!(b.quality.resolution <= a.quality.resolution);
             assert!(b.detail.wood_pixels >= a.detail.wood_pixels);
+            assert!(b.detail.growth.pixels >= a.detail.growth.pixels);
             // No step that is seen: but for the effects at the end.
             assert!(b.quality.resolution > 0.95 * a.quality.resolution, "{i}");
             assert!(b.detail.h - a.detail.h < 0.02, "{i}");

@@ -5,9 +5,11 @@ use crate::base::layouts::{self, Layouts};
 use crate::base::shared::{CullFrame, Frame, LooseLeaf};
 use crate::scene::falls::{Bin, zeros};
 use crate::scene::forest::{Forest, ForestBuffers};
+use crate::scene::ground::GroundSquares;
 use crate::view::camera::ViewError;
 use crate::view::cascades::{self, Cascade, Shadows};
 use crate::view::description::View;
+use crate::view::grass::ViewGrass;
 use crate::view::light::Light;
 use crate::view::lists::TreeLists;
 use crate::view::quads::HangingQuads;
@@ -24,7 +26,7 @@ const MOST_QUADS: u32 = 1 << 20;
 /// Owns everything that the view needs: several views of a forest, and views of several forests, may be recorded
 /// into one submission. The same view twice in one submission is a mistake: the second overwrites the first.
 pub struct ViewState {
-    device: wgpu::Device,
+    pub(crate) device: wgpu::Device,
     forest: u64,
     structure: u64,
     /// What the groups were made of.
@@ -37,6 +39,10 @@ pub struct ViewState {
     /// The sky's own tables: where Windfall's sky is drawn or lights.
     pub(crate) sky: Option<SkyState>,
     pub(crate) buffers: Option<ViewBuffers>,
+    /// The ground that is drawn.
+    pub(crate) ground: GroundSquares,
+    /// The grass, once some is drawn.
+    pub(crate) grass: Option<ViewGrass>,
     /// What was prepared last.
     pub(crate) prepared: Option<Prepared>,
     /// A pyramid in which nothing is hidden.
@@ -183,6 +189,8 @@ pub(crate) fn frame_group(
             wgpu::BindingResource::TextureView(with.sky_picture),
             wgpu::BindingResource::Sampler(with.sky_sampler),
             with.scripted.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&layouts.noise.view),
+            wgpu::BindingResource::Sampler(&layouts.noise.sampler),
         ],
     )
 }
@@ -311,6 +319,8 @@ impl ViewState {
             forest: forest.id(),
             structure: 0,
             buffers: None,
+            ground: GroundSquares::new(device),
+            grass: None,
             prepared: None,
             open_pyramid: layouts::group(
                 device,

@@ -585,6 +585,26 @@ fn a_tree_shows_its_parts_and_its_normals() {
     }
 }
 
+/// No square of the ground is left out, beyond the rim of the terrain neither.
+#[test]
+fn no_sky_shows_through_the_ground() {
+    let forest = Forest { terrain: Terrain::rolling(260.0, 30.0, 6), instances: Vec::new() };
+    let gpu = upload(&[], &forest, &Falls::none());
+    for (eye, target) in [
+        ([0.0, 60.0, 0.0], [1.0, 0.0, 0.0]),
+        ([90.0, 45.0, 90.0], [140.0, 0.0, 140.0]),
+        ([-20.0, 40.0, 10.0], [30.0, 0.0, -40.0]),
+    ] {
+        let mut shot = view(eye, target);
+        shot.view.transparent_sky = true;
+        shot.view.quality.backdrop = false;
+        shot.view.quality.grass = false;
+        let rgba = paint(&gpu, &shot);
+        let open = rgba.chunks_exact(4).filter(|p| p[3] < 255).count();
+        assert_eq!(open, 0, "pixels of {} that show the sky from {eye:?}", rgba.len() / 4);
+    }
+}
+
 /// Two stops below the curve's bend, a stop more is 2 to the power of the system gamma of the light in
 /// the picture.
 #[test]

@@ -8,7 +8,7 @@ use windfall_core::shed::Shedding;
 use windfall_core::simplify::Simplification;
 use windfall_core::tree::WoodVertex;
 use windfall_core::wind::Wind;
-use windfall_gpu::{DebugView, Falls, Quality, TreePlace, View, wgpu};
+use windfall_gpu::{DebugView, Falls, Quality, TreePlace, View};
 use windfall_papers::{
     LeafOcclusion, ListOptions, OcclusionCounts, PassOptions, PublishedPasses, Strategy,
 };

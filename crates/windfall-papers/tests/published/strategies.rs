@@ -116,7 +116,7 @@ fn strategies_draw_the_picture_of_the_compute_path() {
 
 #[test]
 fn counts_are_those_of_the_compute_path() {
-    use windfall_gpu::{CountReadback, wgpu};
+    use windfall_gpu::CountReadback;
     let scene = scene();
     let mut compute = scene.compute();
     let mut vertex =

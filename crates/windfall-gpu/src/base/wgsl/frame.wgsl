@@ -7,6 +7,9 @@
 // A hash table of the leaves that a program has thrown. The first vector: its size, a power of two, less one. Then
 // key of the tree, leaf, when it detaches, 1; 0 at the end of an empty place.
 @group(0) @binding(6) var<storage, read> scripted: array<vec4<u32>>;
+// Fractal noise about 0.5 in red, noise of one frequency in green; it repeats after NOISE_CELLS cells.
+@group(0) @binding(7) var noise_tile: texture_2d<f32>;
+@group(0) @binding(8) var noise_sampler: sampler;
 
 // A triangle that covers the picture, at the far end of depth.
 fn covering_triangle(index: u32) -> vec4<f32> {

@@ -14,34 +14,21 @@ fn unit(h: u32) -> f32 {
     return f32(h >> 8u) * (1.0 / 16777216.0);
 }
 
-// Noise in [0, 1) on the integer lattice, smooth between.
+// The tile of noise at a place in cells of its lattice, as a pixel so wide sees it. Seeds are places far from each other.
+fn noise_at(at: vec2<f32>, width: f32, seed: u32) -> vec2<f32> {
+    let place = at / NOISE_CELLS + f32(seed) * vec2(0.618034, 0.754878);
+    let level = log2(max(width * (1.4 * NOISE_SIDE / NOISE_CELLS), 1.0));
+    return textureSampleLevel(noise_tile, noise_sampler, place, level).rg;
+}
+
+// Noise in [0, 1), smooth between the points of a lattice.
 fn value_noise2(at: vec2<f32>, seed: u32) -> f32 {
-    let cell = floor(at);
-    let f = at - cell;
-    let s = f * f * (3.0 - 2.0 * f);
-    let i = vec2<u32>(vec2<i32>(cell));
-    let a = unit(hash(hash(seed, i.x), i.y));
-    let b = unit(hash(hash(seed, i.x + 1u), i.y));
-    let c = unit(hash(hash(seed, i.x), i.y + 1u));
-    let d = unit(hash(hash(seed, i.x + 1u), i.y + 1u));
-    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+    return noise_at(at, 0.0, seed).g;
 }
 
 // Four octaves that fade out where one pixel (width, in lattice units) holds a whole wave.
 fn fractal_noise2(at: vec2<f32>, width: f32, seed: u32) -> f32 {
-    var sum = 0.0;
-    var amplitude = 0.5;
-    var frequency = 1.0;
-    for (var octave = 0u; octave < 4u; octave++) {
-        let keep = 1.0 - smoothstep(0.3, 1.0, width * frequency);
-        if keep <= 0.0 {
-            break;
-        }
-        sum += amplitude * keep * (value_noise2(at * frequency, seed + octave) - 0.5);
-        amplitude *= 0.5;
-        frequency *= 2.07;
-    }
-    return sum;
+    return noise_at(at, width, seed).r - 0.5;
 }
 
 // How grassy the ground is, 0 to 1: patches of a few metres with ragged edges.
