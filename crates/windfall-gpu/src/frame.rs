@@ -523,10 +523,10 @@ impl Renderer {
         if view.show.trees_alone() {
             return;
         }
-        if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass) {
-            if let Some(found) = &state.grass {
-                pass.part("grass", |pass| grass.draw(pass, &forest.ground, found));
-            }
+        if let Some(grass) = self.grass.as_ref().filter(|_| view.quality.grass)
+            && let Some(found) = &state.grass
+        {
+            pass.part("grass", |pass| grass.draw(pass, &forest.ground, found));
         }
         if ground {
             self.ground_of(pass, forest, state, view);

@@ -7,20 +7,20 @@ use crate::base::wgsl::{Module, Settings, Shaders, compose, text};
 use crate::scene::ground::GroundMesh;
 use crate::view::grass::{BLADES, SIDE, TUFTS, ViewGrass};
 
-fn module(settings: &Settings, source: &str) -> String {
+fn module(settings: Settings, source: &str) -> String {
     let numbers = format!("const SIDE: u32 = {SIDE}u;\nconst BLADES: u32 = {BLADES}u;\n");
-    compose(settings, &[&numbers, text::HEIGHTS, include_str!("tuft.wgsl"), source])
+    compose(&settings, &[&numbers, text::HEIGHTS, include_str!("tuft.wgsl"), source])
 }
 
 /// Finds the grass of a view.
 pub const FIND_GRASS: Module = Module {
     name: "find_grass",
-    source: |settings| module(settings, include_str!("find_grass.wgsl")),
+    source: |settings| module(*settings, include_str!("find_grass.wgsl")),
 };
 
 /// Draws it.
 pub const GRASS: Module =
-    Module { name: "grass", source: |settings| module(settings, include_str!("grass.wgsl")) };
+    Module { name: "grass", source: |settings| module(*settings, include_str!("grass.wgsl")) };
 
 /// Finds and draws grass.
 pub struct Grass {

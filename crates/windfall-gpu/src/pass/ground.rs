@@ -3,7 +3,8 @@
 use crate::base::layouts::Layouts;
 use crate::base::pipeline::{Draw, Target};
 use crate::base::wgsl::{Module, Shaders, compose, text};
-use crate::scene::ground::{GroundMesh, GroundSquares, Square, constants};
+use crate::scene::ground::{GroundMesh, Square, constants};
+use crate::view::ground::GroundSquares;
 
 /// The terrain's module.
 pub const GROUND: Module = Module {

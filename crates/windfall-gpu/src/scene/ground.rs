@@ -15,9 +15,10 @@ const NEAREST_BACKDROP: f32 = 140.0;
 
 /// Cells along a side of a square of ground that is drawn at once.
 pub const PATCH: u32 = 4;
-/// The widest a cell of the ground may be in the picture, pixels, and the farthest from the terrain that its corners
-/// stand on: smaller cells are not drawn. Their triangles would be thinner than a pixel, and each costs four at least.
+/// Where cells would be narrower than this, pixels, ones twice as wide are drawn: near the horizon they are flat, and a
+/// triangle that is thinner than a pixel costs four of them.
 const CELL_PIXELS: f32 = 80.0;
+/// But only where the terrain is at most this far from them, pixels.
 const ERROR_PIXELS: f32 = 0.5;
 /// From which share of the distance at which wider cells take over narrower ones turn into them.
 const MORPH: f32 = 0.75;
@@ -215,38 +216,6 @@ fn error(terrain: &Terrain, step: u32) -> f32 {
         }
     }
     error
-}
-
-/// The squares of one view on the GPU.
-pub struct GroundSquares {
-    pub buffer: wgpu::Buffer,
-    pub count: u32,
-}
-
-impl GroundSquares {
-    /// None.
-    pub fn new(device: &wgpu::Device) -> Self {
-        Self { buffer: Self::buffer(device, 1024), count: 0 }
-    }
-
-    fn buffer(device: &wgpu::Device, squares: u64) -> wgpu::Buffer {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("squares of ground"),
-            size: squares * size_of::<Square>() as u64,
-            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    }
-
-    /// Takes these instead.
-    pub fn write(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, squares: &[Square]) {
-        let bytes: &[u8] = bytemuck::cast_slice(squares);
-        if (bytes.len() as u64) > self.buffer.size() {
-            self.buffer = Self::buffer(device, (squares.len() as u64).next_power_of_two());
-        }
-        queue.write_buffer(&self.buffer, 0, bytes);
-        self.count = squares.len() as u32;
-    }
 }
 
 /// The plane nearest to the terrain's rim, and the distance at which the backdrop stands on it.

@@ -29,7 +29,7 @@ const COARSE: f32 = 0.95;
 const SHADOW_STEPS: f32 = 4.0;
 
 /// Holds a time per frame by what a view costs, in the order in which it harms the picture least: shadow maps are drawn
-/// in turns, fewer pixels are shaded, trees are simplified (`h`, `d0`, wood), then relief and grass go.
+/// in turns, fewer pixels are shaded, trees are simplified (`h`, `d0`, the growth of leaves, outlines, wood), then relief and grass go.
 ///
 /// It changes a copy of the view ([`FrameBudget::apply`]): what the program sets is what is drawn where time allows. A
 /// pure function of the times it is given: the clock is the caller's, GPU time where there is any, or the time from

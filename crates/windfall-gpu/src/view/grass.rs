@@ -23,6 +23,9 @@ pub struct ViewGrass {
 }
 
 impl ViewGrass {
+    /// What its buffers hold.
+    pub const BYTES: u64 = TUFTS as u64 * (TUFT_BYTES + 4 * BLADES as u64);
+
     pub fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
         let buffer = |label, size, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {

@@ -6,6 +6,7 @@ pub(crate) mod cascades;
 pub(crate) mod culling;
 pub(crate) mod description;
 pub(crate) mod grass;
+pub(crate) mod ground;
 pub(crate) mod light;
 pub(crate) mod lists;
 pub(crate) mod occlusion;

@@ -5,11 +5,11 @@ use crate::base::layouts::{self, Layouts};
 use crate::base::shared::{CullFrame, Frame, LooseLeaf};
 use crate::scene::falls::{Bin, zeros};
 use crate::scene::forest::{Forest, ForestBuffers};
-use crate::scene::ground::GroundSquares;
 use crate::view::camera::ViewError;
 use crate::view::cascades::{self, Cascade, Shadows};
 use crate::view::description::View;
 use crate::view::grass::ViewGrass;
+use crate::view::ground::GroundSquares;
 use crate::view::light::Light;
 use crate::view::lists::TreeLists;
 use crate::view::quads::HangingQuads;
@@ -422,5 +422,6 @@ impl ViewState {
             + loose.drawn.size()
             + loose.counters.size()
             + quads.as_ref().map_or(0, HangingQuads::bytes)
+            + self.grass.as_ref().map_or(0, |_| ViewGrass::BYTES)
     }
 }
