@@ -57,6 +57,10 @@ shared_numbers! {
     TREE_TALLIES = 14;
     /// Slots of a workgroup that poses their leaves.
     GROUP = 4 * BLOCK;
+    /// Most groups of slots that a workgroup poses.
+    MOST_TOGETHER = 8;
+    /// How many groups of slots a forest has for each of those.
+    TOGETHER_FROM = 512;
     /// Workgroups in a row of a dispatch.
     ROW = 32_768;
     /// Words of the forest's counters: see `windfall_gpu::scene::falls::Counter`.

@@ -1,6 +1,6 @@
 //! Leaves that have left their twigs: where they land, and where they are. Once a frame for all views.
 
-use crate::base::constants::{BLOCK, ROW};
+use crate::base::constants::{BLOCK, MOST_TOGETHER, ROW, TOGETHER_FROM};
 use crate::base::layouts::Layouts;
 use crate::base::wgsl::{Module, Shaders, compose, text};
 use crate::scene::falls::LooseState;
@@ -76,7 +76,9 @@ impl Falls {
     pub fn pose(&self, pass: &mut wgpu::ComputePass<'_>, loose: &LooseState) {
         pass.set_bind_group(1, &loose.group, &[]);
         pass.set_pipeline(&self.pose);
-        dispatch(pass, loose.streams.groups.len() as u32);
+        let groups = loose.streams.groups.len() as u32;
+        let together = (groups / TOGETHER_FROM).clamp(1, MOST_TOGETHER);
+        dispatch(pass, groups.div_ceil(together));
     }
 
     /// Poses the leaves that leave their twigs, settle, or vanish.

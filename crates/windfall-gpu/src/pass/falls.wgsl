@@ -460,28 +460,42 @@ fn pose_slot(window: Window, group: u32, at: u32) -> u32 {
     return select(0u, select(lying, 1u, in_air), held && there);
 }
 
-var<workgroup> counts: atomic<u32>;
+// Groups of slots of a workgroup that are awake, and what is counted of each.
+var<workgroup> awake: array<u32, MOST_TOGETHER>;
+var<workgroup> awake_count: atomic<u32>;
+var<workgroup> counts: array<atomic<u32>, MOST_TOGETHER>;
+
+// Groups of slots that a workgroup poses: of many several, since most of many are at rest, and a workgroup that does
+// nothing costs something too.
+fn groups_together() -> u32 {
+    return clamp(fall.group_count / TOGETHER_FROM, 1u, MOST_TOGETHER);
+}
 
 // Poses the leaves that fly and those that lie. Leaves that change are listed for `transition`: few at a time, and
 // costlier. A thread has several slots, BLOCK apart: what they have in common is read once.
 @compute @workgroup_size(BLOCK)
 fn pose(@builtin(workgroup_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let group = id.y * ROW + id.x;
-    if group >= fall.group_count {
-        return;
+    // None of a group at rest, which `wake` has counted.
+    let own = (id.y * ROW + id.x) * groups_together() + local;
+    if local < groups_together() && own < fall.group_count && work[rest_at(own) + 1u].y == 0u {
+        awake[atomicAdd(&awake_count, 1u)] = own;
     }
-    let window = window_of(lists[2u * group]);
-    let first = lists[2u * group + 1u];
-    // None of a group at rest, which `wake` has counted. Software drivers run both sides of a branch, but leave a loop.
-    var posed_here = 0u;
-    let end = select(GROUP, 0u, work[rest_at(group) + 1u].y > 0u);
-    for (var i = 0u; i < end; i += BLOCK) {
-        posed_here += pose_slot(window, group, first + i + local);
-    }
-    atomicAdd(&counts, posed_here);
     workgroupBarrier();
-    if local == 0u {
-        let all = atomicLoad(&counts);
+    // Software drivers run both sides of a branch, but leave a loop.
+    let count = atomicLoad(&awake_count);
+    for (var k = 0u; k < count; k++) {
+        let window = window_of(lists[2u * awake[k]]);
+        let first = lists[2u * awake[k] + 1u];
+        var posed_here = 0u;
+        for (var i = 0u; i < GROUP; i += BLOCK) {
+            posed_here += pose_slot(window, awake[k], first + i + local);
+        }
+        atomicAdd(&counts[k], posed_here);
+    }
+    workgroupBarrier();
+    if local < count {
+        let group = awake[local];
+        let all = atomicLoad(&counts[local]);
         let lying = (all >> 10u) & 0x3ffu;
         atomicAdd(&counters[IN_AIR], all & 0x3ffu);
         atomicAdd(&counters[ON_GROUND], lying);
