@@ -58,7 +58,7 @@ fn find(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let dry = smoothstep(-0.2, 0.3, fractal_noise2(at * 0.045, 0.0, 20u) + 0.6 * fractal_noise2(at * 1.15, 0.0, 27u));
     let place = atomicAdd(&found[4], 1u);
-    tufts[place] = Tuft(at, key, ring, lush, rim, dry, 0.0);
+    tufts[place] = Tuft(at, key, ring, lush, rim, dry);
     var next = atomicAdd(&found[0], 3u * some) / 3u;
     for (var blade = 0u; blade < BLADES; blade++) {
         if (which & (1u << blade)) != 0u {

@@ -133,7 +133,7 @@ fn encoded(color: vec3<f32>, at: vec2<f32>) -> vec4<f32> {
         return vec4(color, 1.0);
     }
     // Half a step of the encoded picture either way breaks the bands that a smooth sky would have. A square root is near
-    // enough to the encoding, and quicker.
+    // enough to the encoding.
     let noise = (interleaved_noise(at) - 0.5) / 255.0;
     let root = max(sqrt(color) + noise, vec3(0.0));
     return vec4(root * root, 1.0);

@@ -1,4 +1,6 @@
-// Metres; the farther of the two rings has them three times as wide.
+// What finds grass and what draws it both know.
+
+// Width of a cell, metres; the farther of the two rings has them three times as wide.
 const CELL: f32 = 0.17;
 
 // What the blades of a tuft have in common.
@@ -11,7 +13,6 @@ struct Tuft {
     rim: f32,
     // 0 green to 1 straw.
     dry: f32,
-    unused: f32,
 }
 
 // Half of the width of a blade, metres.
